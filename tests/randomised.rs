@@ -108,7 +108,7 @@ fn a_batch_of_mixed_trees() {
             let points = data.point_p_world.iter().chain(&data.point_v_world).flat_map(|v| v.iter());
             data.q.iter().chain(&data.v).chain(points).map(|x| x.to_bits()).collect::<Vec<_>>()
         });
-        assert!(bits[0] == bits[1], "world {index} notices its company");
+        assert!(bits[0] == bits[1], "the bits of world {index} depend on the worlds beside it");
     }
 }
 

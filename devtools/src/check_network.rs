@@ -56,7 +56,7 @@ pub fn check() -> Result<Verdict, Failure> {
     }
 }
 
-/// What the program prints in WebAssembly; the error names what is missing for it.
+/// Runs the program in WebAssembly and returns what it prints; the error names what is missing for it.
 fn in_wasm(folder: &Path) -> Result<Result<Vec<u8>, Failure>, &'static str> {
     let library = Command::new("rustc").args(["--print", "target-libdir", "--target", WASM]).output();
     let library = library.ok().filter(|found| found.status.success());

@@ -24,7 +24,7 @@ const SUITE: &str = "python";
 pub const SCRIPT: &str = "check.py";
 /// Cargo's package, which no other check builds.
 pub const PACKAGE: &str = "orchard-python";
-/// Its Python half.
+/// Folder of its Python half.
 const SOURCE: &str = "crates/python/python/orchardbench";
 
 pub fn run(_: &Args) -> Result<(), Failure> {

@@ -122,7 +122,8 @@ fn packages(root: &Path, folder: &Path) -> Result<Vec<(String, PathBuf)>, Failur
     Ok(packages)
 }
 
-/// A dependency of the tools as it is written outside this workspace, which gives it `shared`, or nothing if the tools have it to themselves.
+/// Returns a dependency of the tools as a manifest outside this workspace states it: `shared` is the workspace's entry, with the features of the
+/// tools' own entry; without one, the tools' own entry.
 fn dependency(own: &toml::Value, shared: Option<&toml::Value>) -> toml::Value {
     let mut table = match shared {
         None => return own.clone(),

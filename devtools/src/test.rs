@@ -24,7 +24,8 @@ use crate::{check_learning, check_python, fuzz, reuse, tidy, workspace};
                   All steps run; the last lines list the results and times of the steps, and the number of tests skipped without a graphics\n\
                   adapter. A step whose tools are missing is skipped with a message; with CI=true in the environment it fails.\n\n\
                   With --learning: the adapters for Stable-Baselines3, rsl_rl, skrl, vla-eval and LeRobot, each at a tiny size with the real package.\n\
-                  It needs the network on the first run: 6 GB go into target/learning/venv. LeRobot needs Python 3.12 as python3, else its\n                  checks are skipped with a message.\n\n\
+                  It needs the network on the first run: 6 GB go into target/learning/venv. LeRobot needs Python 3.12 as python3, else its\n\
+                  checks are skipped with a message.\n\n\
                   With --quick: format, tidy, lints and tests of the crates that differ from the last commit (or, if none does, of those\n\
                   that the last commit changed)."
 )]
@@ -48,7 +49,7 @@ const APART: [&str; 4] = ["--exclude", FUZZ, "--exclude", check_python::PACKAGE]
 
 type Step = (&'static str, Box<dyn Fn() -> Result<Verdict, Failure>>);
 
-/// How a step ended.
+/// Result and time of a step.
 struct Outcome {
     name: &'static str,
     result: Result<Verdict, Failure>,
@@ -134,13 +135,13 @@ fn all_steps(skipped: &std::path::Path) -> Vec<Step> {
 const CLIPPY: [&str; 6] = ["clippy", "--workspace", "--exclude", FUZZ, "--all-targets", "--quiet"];
 const WARNINGS: &str = "warnings";
 
-/// Documents all libraries. Clippy's compiler is named with the options that it had in the step before: then cargo takes the crates as clippy
-/// checked them, and compiles none again.
+/// Documents all libraries. Cargo is given clippy's compiler and options, so that it uses the crates that the step before has checked and compiles
+/// none of them again.
 fn docs() -> Result<Verdict, Failure> {
     let all = ["doc", "--workspace", "--no-deps", "--quiet"];
     let compiler =
         workspace::sysroot()?.join("bin").join(format!("clippy-driver{}", std::env::consts::EXE_SUFFIX));
-    // As cargo-clippy hands options on to it.
+    // The form in which cargo-clippy passes options to its compiler: this word after each.
     let options = ["-D", WARNINGS].map(|option| format!("{option}__CLIPPY_HACKERY__")).concat();
     let variables = [
         ("RUSTDOCFLAGS", "-D warnings".as_ref()),

@@ -20,6 +20,7 @@ pub fn target() -> PathBuf {
 pub fn sysroot() -> anyhow::Result<PathBuf> {
     let output = std::process::Command::new("rustc").args(["--print", "sysroot"]).output();
     let output = output.context("cannot run rustc")?;
+    anyhow::ensure!(output.status.success(), "rustc --print sysroot ended with {}", output.status);
     Ok(PathBuf::from(String::from_utf8_lossy(&output.stdout).trim()))
 }
 

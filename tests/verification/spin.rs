@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 /// Round-off of the energy of a tree, relative to its energy at the start.
 const ROUND_OFF: f64 = 1e-9;
-const SECONDS: f64 = 10.0;
+const SECONDS: f64 = 20.0;
 
 /// Energy of the velocities at the pose that they led from, of the weights and springs at the pose that they led to.
 ///

@@ -77,7 +77,7 @@ pub enum TreeEvent {
     Detached {
         /// Index of the fruit.
         fruit: usize,
-        /// How it came off; `None` on a tether, which knows one way.
+        /// Way in which it came off; `None` on a tether, which knows one way.
         release: Option<Release>,
     },
     /// The world is no longer finite and stands still from now on. Only a batch tests for it.

@@ -36,7 +36,7 @@ pub enum Kind {
     Move,
 }
 
-/// Where [`Kind::Move`] moves a folder.
+/// Folder to which [`Kind::Move`] moves a folder.
 pub fn moved(folder: &Path) -> PathBuf {
     folder.with_extension("moved")
 }

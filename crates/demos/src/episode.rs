@@ -41,7 +41,7 @@ pub(crate) enum EpisodeError {
     Table(#[from] TableError),
 }
 
-/// What receives the images: their paths and bytes.
+/// Function that receives the images: their paths and bytes.
 pub(crate) type Sink<'a> = &'a mut dyn FnMut(&str, &[u8]) -> Result<(), StoreError>;
 
 /// Makes the environment of an episode, at its start.

@@ -41,7 +41,7 @@ pub struct Meta {
     pub scenario_hash: String,
     /// Figures of images and splits.
     pub rules: DemosRules,
-    /// What the policy asks for.
+    /// Settings that the policy asks for.
     pub spaces: Spaces,
     /// All conventions: names, units, signs and ranges of observations, actions and rewards.
     pub interface: serde_json::Value,
@@ -60,7 +60,7 @@ pub enum MetaError {
         /// Problem.
         problem: String,
     },
-    /// Its demonstrations cannot be planned by this code.
+    /// This code cannot plan such demonstrations.
     #[error(transparent)]
     Plan(#[from] DemosError),
 }
@@ -71,7 +71,7 @@ impl Meta {
     /// File under the folder.
     pub const FILE: &'static str = "meta.json";
 
-    /// What a plan's files mean.
+    /// Meaning of a plan's files.
     pub fn of(plan: &Plan) -> Self {
         let task = plan.settings.task;
         Self {

@@ -30,7 +30,7 @@ pub struct DemoKey {
     pub world: u32,
 }
 
-/// What a tree is for.
+/// Use of a tree: training, validation or tests.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Split {
@@ -43,7 +43,7 @@ pub enum Split {
 }
 
 impl Split {
-    /// Its name in files.
+    /// Name in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Train => "train",
@@ -104,18 +104,18 @@ pub struct ActionError {
     pub saturated: Vec<f64>,
 }
 
-/// What was demonstrated.
+/// Record of a demonstration.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Demonstration {
     /// Seed of the world, and its index: another one than the key's where that one has no target.
     pub drawn: (u64, u32),
     /// SHA-256 of the tree (`orchard export-tree --format json`), hexadecimal.
     pub tree_sha256: String,
-    /// What the tree is for.
+    /// Use of the tree.
     pub split: Split,
     /// The task in words.
     pub task_description: String,
-    /// How the episode ended, by the benchmark's word.
+    /// End of the episode, by the benchmark's word.
     pub outcome: String,
     /// True if it ended with the task done.
     pub success: bool,
@@ -143,7 +143,7 @@ pub struct DemoRecord {
     pub key: DemoKey,
     /// Reason why there is no episode, if so: a world that cannot be built, or no target in it and those after it.
     pub never_began: Option<String>,
-    /// What was demonstrated; none if it never began.
+    /// The demonstration; none if it never began.
     pub demonstration: Option<Demonstration>,
 }
 

@@ -8,7 +8,7 @@ use crate::pilot::StoredStep;
 use crate::record::ActionError;
 use crate::table::{Column, Table, TableError};
 
-/// What a step shows of a field.
+/// Value of a field in a step.
 enum Seen {
     Numbers(usize, Vec<f32>),
     /// Paths of images; empty before the first.
@@ -30,7 +30,7 @@ pub(crate) struct Steps {
     phase: Vec<String>,
 }
 
-/// What a step was worth.
+/// Reward, cost and end of a step.
 pub(crate) struct Worth {
     pub reward: f64,
     pub cost: f64,

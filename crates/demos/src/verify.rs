@@ -17,7 +17,7 @@ use crate::record::{DemoKey, DemoRecord, Demonstration};
 use crate::run::read_files;
 use crate::steps::{stored_commands, stored_steps};
 
-/// What was found.
+/// Result of a verification.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Verdict {
     /// Episodes that were simulated again.

@@ -86,7 +86,7 @@ fn episodes_are_read_back_and_come_out_with_the_same_bytes() {
     }
 }
 
-/// What the controller saw beside the policy is not part of the state.
+/// Images that only the controller saw do not change the saved state.
 #[test]
 fn stored_actions_lead_to_the_stored_state_without_images_too() {
     for (control, depth) in [(Control::JointAbsolute, false), (Control::EeDelta, true)] {

@@ -18,13 +18,13 @@ pub(crate) trait Learnable: Component {
     fn terms(rules: &LearningRules) -> Vec<Term>;
     /// The terms of a step, unweighted, in that order, but for the damage.
     fn values(step: &Step) -> [f64; TERMS];
-    /// Where the target is, or was at the start.
+    /// Place of the target at the start.
     fn p_world(target: &Self::Target) -> [f64; 3];
-    /// What the target is told to be, as in `orchard_policy::Reading::target`.
+    /// Target as it is told, as in `orchard_policy::Reading::target`.
     fn told(target: &Self::Target) -> [f64; 4];
 }
 
-/// What a step brought.
+/// Measures of a step, from which the terms of its reward follow.
 pub(crate) struct Step {
     /// 1 if the target was met for the task's time.
     success: f64,

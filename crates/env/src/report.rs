@@ -1,4 +1,4 @@
-//! What a step was worth, and the figures of its episode.
+//! Reward, cost and end of a step, and the figures of its episode.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,7 +7,7 @@ use crate::damage::Damage;
 /// Largest number of terms of a reward.
 pub(crate) const TERMS: usize = 6;
 
-/// What a step was worth.
+/// Reward, cost and end of a step.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Report {
     /// Reward.
@@ -20,7 +20,7 @@ pub struct Report {
     pub terminated: bool,
     /// True if the episode was cut off: time over, robot stalled, or world in quarantine.
     pub truncated: bool,
-    /// How the episode ended, by the benchmark's word; none while it goes on.
+    /// End of the episode, by the benchmark's word; none while it goes on.
     pub outcome: Option<String>,
     /// True if it ended with the task done.
     pub is_success: bool,
@@ -47,7 +47,7 @@ pub struct Statistics {
     pub damage: Damage,
 }
 
-/// How an episode ended.
+/// End of an episode.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Ending {
     pub outcome: &'static str,

@@ -94,7 +94,7 @@ pub struct InstructionRules {
     pub place_margin: Quantity,
 }
 
-/// How colour pictures are taken.
+/// Rules of colour pictures.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PixelRules {
@@ -102,7 +102,7 @@ pub struct PixelRules {
     pub eye: [Quantity; 3],
     /// The point in the middle of its picture, likewise.
     pub aim: [Quantity; 3],
-    /// Its vertical field of view.
+    /// Vertical field of view.
     pub vertical_fov: Quantity,
     /// Samples a pixel side.
     pub supersampling: Count,

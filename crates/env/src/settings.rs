@@ -1,4 +1,4 @@
-//! What a task environment is asked for: task, observations and actions, reward.
+//! Settings of a task environment: task, observations and actions, reward.
 
 use orchard_policy::{SettingError, Spaces, Target};
 use serde::{Deserialize, Serialize};
@@ -55,7 +55,7 @@ impl Task {
         SettingError::choice("task", name, &Self::ALL.map(|task| (task.name(), task)))
     }
 
-    /// What a policy is told of the task's target.
+    /// Kind of target that a policy is told.
     pub fn target(self) -> Option<Target> {
         match self {
             Self::Harvest => None,

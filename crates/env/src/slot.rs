@@ -27,7 +27,7 @@ use crate::settings::{Task, WORLDS};
 /// Worlds that are tried for a target.
 const TRIES: u32 = 32;
 
-/// What all environments share.
+/// Parts that all environments share.
 pub(crate) struct Shared {
     pub scenario: Scenario,
     pub protocol: Protocol,
@@ -269,7 +269,7 @@ impl Shared {
         self.scenario.world(seed, index, 0).map_err(|source| EnvError::World { world: index, source })
     }
 
-    /// What a step was worth.
+    /// Reward, cost and end of a step.
     fn judge(
         &self,
         world: &World,
@@ -334,7 +334,7 @@ impl State {
         }
     }
 
-    /// Where the task goes, and the reachable fruit left on the tree.
+    /// Point to which the task leads, and the number of reachable fruit left on the tree.
     fn goal(&self, world: &World) -> (Option<Vec3>, usize) {
         match self {
             Self::Harvest(harvest) => harvest.goal(world),

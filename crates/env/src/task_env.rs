@@ -216,7 +216,7 @@ impl TaskEnv {
         self.slots[env].values()
     }
 
-    /// What the latest step of an environment was worth; zeros after a reset.
+    /// Reward, cost and end of the latest step of an environment; zeros after a reset.
     ///
     /// # Panics
     /// There is no such environment.

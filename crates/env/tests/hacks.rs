@@ -29,7 +29,7 @@ fn earned(env: &TaskEnv) -> f64 {
     (0..env.len()).map(|k| env.report(k).statistics.total_reward).sum::<f64>() / f64::from(WORLDS)
 }
 
-/// What the environments pay for actions of a function of what is observed and of the number of the step.
+/// Returns of the environments under a function from observation and number of the step to an action.
 fn paid(task: Task, control: Control, act: impl Fn(&Seen, u32) -> Vec<f32>) -> f64 {
     let mut env = env(task, control);
     let robot = RobotModel::named("ridgeback-fr3").unwrap();
@@ -41,7 +41,7 @@ fn paid(task: Task, control: Control, act: impl Fn(&Seen, u32) -> Vec<f32>) -> f
     earned(&env)
 }
 
-/// What they pay for the commands of the baseline.
+/// Returns of the environments under the baseline's commands.
 fn baseline(task: Task) -> f64 {
     let mut env = env(task, Control::JointDelta);
     let scenario = Scenario::of(&[]).unwrap();

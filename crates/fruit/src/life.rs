@@ -83,7 +83,7 @@ pub enum LooseEvent {
         fruit: usize,
         /// Stem tension at that moment \[N\].
         tension: f64,
-        /// How it came off; `None` on a tether, which knows one way.
+        /// Way in which it came off; `None` on a tether, which knows one way.
         release: Option<Release>,
     },
     /// It came to rest in the bucket.

@@ -9,9 +9,9 @@ use orchard_treegen::{FruitSite, Skeleton};
 
 /// A spur that may bear fruit.
 struct Free {
-    /// Its fruit if it bears one.
+    /// Fruit that it bears, if any.
     fruit: Fruit,
-    /// Its other fruit if it bears a cluster.
+    /// Further fruit if it bears a cluster.
     others: Vec<Fruit>,
     /// Chance that a visit places its fruit.
     chance: f64,

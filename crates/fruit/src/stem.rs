@@ -18,7 +18,7 @@ use orchard_spec::fruit::{FruitSpec, ReleaseSpec, StemSpec};
 use orchard_treegen::Skeleton;
 use serde::{Deserialize, Serialize};
 
-/// How a fruit came off its tree.
+/// Way in which a fruit came off its tree.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Release {
@@ -37,9 +37,9 @@ pub enum Release {
 pub struct StemLoad {
     /// Tension along the stem \[N\]; 0 where the stem is pushed.
     pub tension: f64,
-    /// Its part along the axis of the zone \[N\].
+    /// Component along the axis of the zone \[N\].
     pub along: f64,
-    /// Its part across that axis \[N\].
+    /// Component across that axis \[N\].
     pub across: f64,
     /// Torque about the stem [N m].
     pub torque: f64,
@@ -106,11 +106,11 @@ impl Shares {
     }
 }
 
-/// What has passed of the lives of a stem's zone and of its spur.
+/// Used-up shares of the lives of a stem's zone and of its spur.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct StemLife {
     wear: [f64; 2],
-    /// How the stem gave way, and its tension then \[N\].
+    /// Way in which the stem gave way, and the tension then \[N\].
     gave_way: Option<(Release, f64)>,
 }
 

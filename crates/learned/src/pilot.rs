@@ -13,7 +13,7 @@ use crate::policy::Policy;
 /// Reads the sensors, asks the network, and carries out its actions frame by frame. It declares no attempts.
 pub(crate) struct Pilot {
     policy: Arc<Policy>,
-    /// What it is told of its target: centre (odom) and radius \[m\].
+    /// Target as it is told: centre (odom) and radius \[m\].
     target: Option<[f64; 4]>,
     /// The latest image and its time \[s\].
     depth: Option<(DepthImage, f64)>,

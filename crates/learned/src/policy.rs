@@ -6,7 +6,7 @@ use orchard_policy::Encoding;
 use crate::spec::Spec;
 use crate::wiring::Wiring;
 
-/// What all controllers of a policy share.
+/// Parts that all controllers of a policy share.
 pub(crate) struct Policy {
     pub network: Network,
     pub wiring: Wiring,

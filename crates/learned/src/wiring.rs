@@ -1,4 +1,4 @@
-//! What a network's inputs are fed with, and what its outputs mean.
+//! Sources of a network's inputs, and the meaning of its outputs.
 
 use orchard_network::{Kind, Network, Port, Tensor, Values as Numbers};
 use orchard_policy::{Field, Interface, Values};

@@ -3,7 +3,7 @@
 use nalgebra::{Quaternion, UnitQuaternion};
 use orchard_geometry::{Vec3, math};
 
-/// How far the rod of a ball joint is bent and twisted. The rod runs along z; its rotation is a twist about z, then a bend about an
+/// Bend and twist of the rod of a ball joint. The rod runs along z; its rotation is a twist about z, then a bend about an
 /// axis square to z (the swing-twist decomposition of a quaternion; Dobrowolski 2015, arXiv:1506.05481).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Deflection {

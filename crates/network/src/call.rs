@@ -12,7 +12,7 @@ pub(crate) struct Call<'a> {
     pub attributes: &'a [proto::Attribute],
     /// Number of outputs that are asked for.
     pub outputs: usize,
-    /// What is left of the work that a run may take.
+    /// Work that a run may still take.
     pub budget: &'a Cell<u64>,
 }
 
@@ -20,7 +20,7 @@ pub(crate) struct Call<'a> {
 /// of so many takes some ten seconds.
 pub(crate) const WORK_MAX: u64 = 1 << 34;
 
-/// What an operator gives, or why it cannot.
+/// Outputs of an operator, or the reason why it has none.
 pub(crate) type Done = Result<Vec<Tensor>, String>;
 
 impl<'a> Call<'a> {

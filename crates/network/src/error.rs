@@ -17,7 +17,7 @@ pub enum NetworkError {
     Node {
         /// Name of the node, or its number.
         name: String,
-        /// Its operator.
+        /// Operator of the node.
         kind: String,
         /// Problem.
         problem: String,

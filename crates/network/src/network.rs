@@ -19,7 +19,7 @@ pub struct Network {
     nodes: Vec<Step>,
     inputs: Vec<Port>,
     outputs: Vec<Port>,
-    /// What does not depend on inputs, by slot.
+    /// Constant arrays, by slot.
     constants: Vec<Option<Tensor>>,
 }
 

@@ -16,7 +16,7 @@ pub const OPSETS: [i64; 2] = [13, 26];
 /// Largest number of nodes. Our own choice: detectors of images have about a thousand.
 const NODES_MAX: usize = 20_000;
 
-/// Where the bytes of an array may stand outside its file.
+/// Value of `data_location` if the bytes of an array stand outside the file.
 const EXTERNAL: i32 = 1;
 
 /// Place of a value that nodes give and use.

@@ -1,7 +1,7 @@
 //! State of the robot from its sensors, in the frames of the picker.
 
 use crate::config::SensorsConfig;
-use orchard_geometry::{Pose, Rotation, Vec3};
+use orchard_geometry::{Pose, Vec3};
 use orchard_robot::{BaseMotion, JointVector, Observation};
 use std::collections::VecDeque;
 
@@ -53,8 +53,6 @@ impl RobotState {
         if !numbers.into_iter().all(|x| x.is_finite()) {
             return None;
         }
-        let [x, y, yaw] = o.base_pose;
-        let turn = Rotation::from_axis_angle(&Vec3::z_axis(), yaw);
         Some(Self {
             time: o.time,
             dt: last_time.map_or(0.0, |t| (o.time - t).clamp(0.0, config.longest_step.si())),
@@ -66,7 +64,7 @@ impl RobotState {
             finger_q: o.finger_q,
             finger_force: o.finger_force,
             vacuum: -o.cup_pressure,
-            x_odom_base: Pose::from_parts(Vec3::new(x, y, o.base_height).into(), turn),
+            x_odom_base: o.x_odom_base(),
             base_pose: o.base_pose,
             base_speed: orchard_geometry::math::hypot(o.base_velocity[0], o.base_velocity[1]),
             turn_speed: o.base_velocity[2].abs(),
@@ -140,6 +138,7 @@ impl Memory {
 mod tests {
     use super::*;
     use crate::config::PickerConfig;
+    use orchard_geometry::Rotation;
 
     fn state(time: f64) -> RobotState {
         RobotState {

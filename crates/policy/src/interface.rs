@@ -122,13 +122,13 @@ impl Conventions {
 pub struct Interface {
     /// Version of the scales of `configs/policy/`.
     pub encoding: String,
-    /// What the policy asked for.
+    /// Settings that the policy asked for.
     pub spaces: Spaces,
     /// Frames of an action.
     pub frames: u32,
     /// Length of a frame \[s\].
     pub frame: f64,
-    /// What holds for all robots and settings.
+    /// Conventions for all robots and settings.
     pub conventions: Conventions,
     /// The numbers of an action.
     pub action: Vec<Channel>,

@@ -1,4 +1,4 @@
-//! What a learned policy sees and how it acts: a robot's observations as arrays, and arrays as its commands.
+//! Interface of learned policies: a robot's observations as arrays, and arrays as its commands.
 //!
 //! An [`Encoding`] is made from a robot and the [`Spaces`] that a policy asks for. It reads sensors into arrays ([`Encoding::read`]) and turns
 //! an action into the commands of its frames ([`Encoding::motion`]). Its [`Interface`] states every convention: names, units, signs, ranges.

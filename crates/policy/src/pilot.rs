@@ -11,7 +11,7 @@ use crate::sensors::{DepthReading, Reading, Values};
 /// is due ([`Self::act`]), and gives the frame's command ([`Self::command`]). The environments of `orchard-env` read and move in the same frames.
 pub struct Pilot {
     encoding: Encoding,
-    /// What the target is told to be, as in [`Reading::target`].
+    /// Target as it is told, as in [`Reading::target`].
     target: Option<[f64; 4]>,
     /// Frames since the action began.
     frame: u32,

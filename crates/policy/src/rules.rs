@@ -16,7 +16,7 @@ pub struct Scales {
     pub joint_speed: Quantity,
     /// Speed of the tool's set point along an axis of the base frame under action 1 of control `ee_delta`.
     pub tool_speed: Quantity,
-    /// Its turn rate about an axis of the base frame.
+    /// Turn rate about an axis of the base frame.
     pub tool_turn_speed: Quantity,
     /// Steps of inverse kinematics by which the joints follow the tool's set point.
     pub tool_steps: Count,

@@ -1,6 +1,6 @@
 //! Observations: the robot's sensors as arrays.
 
-use orchard_geometry::{DepthImage, Pose, Rotation, Vec3};
+use orchard_geometry::DepthImage;
 use orchard_robot::{BaseJoint, Observation, RobotModel};
 
 use crate::interface::{Element, Field};
@@ -35,7 +35,7 @@ pub struct PixelReading<'a> {
     pub time: f64,
 }
 
-/// What an observation is made of.
+/// Readings from which an observation is made.
 pub struct Reading<'a> {
     /// The robot's sensors.
     pub sensed: &'a Observation,
@@ -43,7 +43,7 @@ pub struct Reading<'a> {
     pub depth: Option<DepthReading<'a>>,
     /// The latest pictures; none before the first.
     pub pixels: Option<PixelReading<'a>>,
-    /// What a named target is told to be: centre (odom) and radius of a fruit \[m\]; a point (odom) \[m\] and a heading \[rad\].
+    /// Target as it is told: centre (odom) and radius of a fruit \[m\]; a point (odom) \[m\] and a heading \[rad\].
     pub target: Option<[f64; 4]>,
     /// The task in words; without them it is [`Target::sentence`].
     pub description: Option<&'a str>,
@@ -168,7 +168,7 @@ impl Sensors {
         });
     }
 
-    /// Where the tool is, by the measured joints and base.
+    /// Adds the pose of the tool point in odom, computed from the measured joints and the odometry.
     fn add_tool_pose(&mut self, robot: &RobotModel) {
         let arm = robot.kinematics().clone();
         let place = ["x", "y", "z"].map(|name| Element::new(name, "m"));
@@ -178,10 +178,7 @@ impl Sensors {
         let field = Field::numbers("tool_pose", meaning, place.into_iter().chain(turn).collect());
         self.add(field, move |reading| {
             let o = reading.sensed;
-            let [x, y, yaw] = o.base_pose;
-            let turn = Rotation::from_axis_angle(&Vec3::z_axis(), yaw);
-            let x_odom_base = Pose::from_parts(Vec3::new(x, y, o.base_height).into(), turn);
-            let x_odom_tool = x_odom_base * arm.tcp(&o.arm_q.vector());
+            let x_odom_tool = o.x_odom_base() * arm.tcp(&o.arm_q.vector());
             let (p, q) = (x_odom_tool.translation.vector, x_odom_tool.rotation.coords);
             let sign = if q.w < 0.0 { -1.0 } else { 1.0 };
             Values::F32([p.x, p.y, p.z, sign * q.x, sign * q.y, sign * q.z, sign * q.w].map(narrow).to_vec())

@@ -1,4 +1,4 @@
-//! What a policy asks for: groups of observations, control, rate.
+//! Settings of a policy's interface: groups of observations, control, rate.
 
 use serde::{Deserialize, Serialize};
 
@@ -16,7 +16,7 @@ pub enum Control {
     EeDelta,
 }
 
-/// What a policy is told of its target, in group `state`.
+/// Kind of target that a policy is told, in group `state`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Target {

@@ -54,7 +54,7 @@ impl Failure {
         }
     }
 
-    /// The same failure, with a prefix that names the option or file.
+    /// Returns the failure with a prefix that names the option or file.
     #[must_use]
     pub fn at(self, place: impl std::fmt::Display) -> Self {
         match self {

@@ -70,7 +70,7 @@ pub struct Row {
     /// Measurement behind the target.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub evidence: Option<Evidence>,
-    /// Whether the row is one of those that a validation must have; null outside validations.
+    /// True if a validation must have this row; null outside validations.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub demanded: Option<bool>,
 }
@@ -82,11 +82,11 @@ pub struct Evidence {
     pub source: String,
     /// Reason of the target interval.
     pub tolerance: String,
-    /// What the figure is to the simulator.
+    /// Kind of evidence that the figure is.
     pub role: Role,
 }
 
-/// What a measured figure is to the simulator.
+/// Kind of evidence that a measured figure is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Role {

@@ -109,7 +109,7 @@ impl ControllerKind for PolicyKind {
 /// The policy in one episode.
 struct PolicyController {
     door: Arc<Door>,
-    /// What drives the robot, and what answers; none if the policy failed to begin.
+    /// Controller that drives the robot, and the policy that answers it; none if the policy failed to begin.
     begun: Option<(Pilot, Py<PyAny>)>,
     record: Record,
 }

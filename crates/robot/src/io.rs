@@ -1,7 +1,7 @@
 //! Observations and commands of a controller. Neither can carry a pose or a label of the world.
 
 use crate::joint_values::JointValues;
-use orchard_geometry::{DepthImage, Intrinsics};
+use orchard_geometry::{DepthImage, Intrinsics, Pose, Rotation, Vec3};
 use serde::{Deserialize, Serialize};
 
 /// Joint sensors, wheel odometry and the depth camera at one control frame.
@@ -33,6 +33,15 @@ pub struct Observation {
     pub depth_time: f64,
     /// Intrinsics of the depth image.
     pub intrinsics: Intrinsics,
+}
+
+impl Observation {
+    /// Pose of the base in odom, by odometry.
+    pub fn x_odom_base(&self) -> Pose {
+        let [x, y, yaw] = self.base_pose;
+        let turn = Rotation::from_axis_angle(&Vec3::z_axis(), yaw);
+        Pose::from_parts(Vec3::new(x, y, self.base_height).into(), turn)
+    }
 }
 
 /// Command of a controller, valid until its next one.

@@ -92,7 +92,7 @@ pub struct Omitted {
     pub why: String,
 }
 
-/// How the memory of a cell was measured.
+/// Way in which the memory of a cell was measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MemoryBasis {
@@ -123,7 +123,7 @@ pub struct Row {
     pub processor_us_per_env_step: f64,
     /// Memory of the batch \[MiB\]; null where the system does not report it.
     pub memory_mib: Option<f64>,
-    /// How `memory_mib` was measured.
+    /// Way in which `memory_mib` was measured.
     pub memory_basis: MemoryBasis,
     /// Time to grow the worlds' plants and let them settle \[s\], on all threads.
     pub grow_s: f64,

@@ -5,10 +5,10 @@ use std::path::Path;
 use orchard_robot::RobotModel;
 use serde::{Deserialize, Serialize};
 
-/// What the value of a controller's option begins with if it names a policy's network.
+/// Prefix of a controller's option that names a policy's network.
 pub(crate) const POLICY: &str = "onnx:";
 
-/// What the names of policies from files begin with in results.
+/// Prefix of the names of policies from files, in results.
 pub(crate) const NAMED: &str = "onnx-";
 
 /// The name that a controller's option gives it in results.

@@ -100,7 +100,7 @@ impl TreeFile {
         Ok(Self { name, format, text, unit, plant, tree, notes })
     }
 
-    /// What was assumed when the file was read, one sentence each.
+    /// Assumptions made when the file was read, one sentence each.
     pub fn notes(&self) -> &[String] {
         &self.notes
     }

@@ -147,7 +147,7 @@ pub struct BruiseSpec {
 }
 
 impl FruitSpec {
-    /// The same fruit as points on tethers: for what has no stems that bend.
+    /// Returns these fruit as points on tethers: for backends without stems that bend.
     pub fn on_tethers(&self) -> Self {
         Self { stem: None, ..self.clone() }
     }
@@ -195,7 +195,7 @@ pub struct ReleaseSpec {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Strength {
-    /// Its logarithm is normal.
+    /// The logarithm is normal.
     Lognormal {
         /// Median.
         median: Quantity,

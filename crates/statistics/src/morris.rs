@@ -60,18 +60,18 @@ impl Trajectory {
     }
 }
 
-/// What the elementary effects of one parameter say.
+/// Summary of the elementary effects of one parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Screened {
     /// Mean magnitude, per whole range of the parameter.
     pub mu_star: f64,
-    /// Its bootstrap interval over trajectories.
+    /// Bootstrap interval over trajectories.
     pub mu_star_ci95: [f64; 2],
     /// Mean: its sign is the direction.
     pub mu: f64,
     /// Standard deviation (of n - 1).
     pub sigma: f64,
-    /// Its bootstrap interval over trajectories.
+    /// Bootstrap interval over trajectories.
     pub sigma_ci95: [f64; 2],
 }
 

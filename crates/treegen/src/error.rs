@@ -45,7 +45,7 @@ pub enum TreegenError {
         table: &'static str,
         /// The field.
         field: &'static str,
-        /// Its value or the lower end of its range, SI units.
+        /// Value or lower end of the range, SI units.
         value: f64,
     },
 }

@@ -61,7 +61,7 @@ pub(crate) struct Shoot {
 }
 
 impl Shoot {
-    /// Its length \[m\].
+    /// Length \[m\].
     fn length(&self) -> f64 {
         self.pieces.iter().map(|piece| piece.length).sum()
     }

@@ -73,7 +73,7 @@ impl Rupture {
     /// power of the rate keeps whipping twigs about the configured limit, against the joint before them; a falling
     /// limb does not feel it. The step stays bounded at any rate without it (decision 10).
     ///
-    /// Where the dampers hold modal ratios, the springs are first led by the present rates, see [`TreeBody::lead_springs`].
+    /// If the dampers hold modal ratios, the springs are first led by the present rates, see [`TreeBody::lead_springs`].
     pub fn begin_substep(
         &mut self,
         tree: &TreeBody,

@@ -183,12 +183,12 @@ fn random_frame(stream: &mut Stream) -> [Vec3; 3] {
     [Vec3::x(), Vec3::y(), Vec3::z()].map(|axis| turn * axis)
 }
 
-/// What the wind takes hold of on a tree.
+/// The parts of a tree on which the wind pulls.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sail {
     /// Half air density times drag coefficient times area of each segment's wood across the wind [kg/m].
     wood: Vec<f64>,
-    /// The same of its leaves [kg/m].
+    /// Half air density times drag coefficient times area of its leaves [kg/m].
     leaves: Vec<f64>,
     folding_speed: f64,
     /// Drag of the links in still air [1/s].
@@ -292,7 +292,7 @@ impl Weather {
         &self.wind
     }
 
-    /// What the wind takes hold of.
+    /// The parts on which the wind pulls.
     pub fn sail(&self) -> &Sail {
         &self.sail
     }

@@ -22,7 +22,7 @@ pub enum WorldEvent {
         frame: u32,
         /// Stem tension \[N\].
         tension: f64,
-        /// How it came off a stem that bends; `None` on a tether.
+        /// Way in which it came off a stem that bends; `None` on a tether.
         release: Option<Release>,
     },
     /// A fruit came to rest in the bucket. If it leaves the bucket later, the next event is its touch of the ground

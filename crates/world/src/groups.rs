@@ -33,7 +33,7 @@ pub const HANGING_GROUPS: Groups = Groups { member: HANGING, filter: ROBOT };
 pub const CLUSTER_GROUPS: Groups = Groups { member: HANGING, filter: ROBOT | HANGING | LOOSE };
 /// Fruit off its stem, at the hand.
 pub const LOOSE_GROUPS: Groups = Groups { member: LOOSE, filter: GROUND | ROBOT | LOOSE | PASSED | SCENERY };
-/// The same among clusters.
+/// Groups of fruit off its stem, among clusters.
 pub const LOOSE_CLUSTER_GROUPS: Groups =
     Groups { member: LOOSE, filter: GROUND | ROBOT | HANGING | LOOSE | PASSED | SCENERY };
 /// Fruit that the rigid-body engine moves, or at rest: an obstacle for fruit at the hand.

@@ -26,7 +26,7 @@ pub(crate) struct State {
     pub servos: Servos,
     /// Vacuum of the suction cup.
     pub suction: Suction,
-    /// What lies under the cup's lip; scratch of a substep.
+    /// Surfaces under the cup's lip; scratch of a substep.
     pub under: Under,
     pub frame: u32,
     pub status: Status,

@@ -132,7 +132,7 @@ fn bit(point: usize) -> u64 {
     u32::try_from(point).ok().and_then(|point| 1_u64.checked_shl(point)).unwrap_or(0)
 }
 
-/// What lies under the lip; scratch of a substep.
+/// Surfaces under the lip; scratch of a substep.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Under {
     /// Gap that something else than the fruit leaves under each point of the lip \[m\].

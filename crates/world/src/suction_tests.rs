@@ -30,7 +30,7 @@ impl Bench {
         Self::on(world(&robot), robot.start_command(), depth, offset)
     }
 
-    /// The same where the arm is, while it follows a command.
+    /// Puts the fruit in front of the cup where the arm is, while the arm follows a command.
     fn on(mut world: World, command: Command, depth: f64, offset: f64) -> Self {
         let fruit = 0;
         let parts = world.parts.clone();

@@ -210,7 +210,8 @@ impl World {
         observation
     }
 
-    /// Returns the observation of [`Self::observe`] and leaves the world as it is, its latest image too: for a controller beside a policy.
+    /// Returns the observation of [`Self::observe`] without keeping its image as the latest one. A controller beside a policy uses it, so that
+    /// the policy's images stay as they are.
     pub fn peek(&self) -> Observation {
         self.observation(self.delivered().as_ref())
     }

@@ -1,4 +1,5 @@
-//! Checks that compile nothing but, at last, their own small programs. They run beside the builds, one after another, each as a process of its own whose output is shown when it ends.
+//! Checks that compile little. They run beside the builds, one after another, each as a process of its own whose output is shown when it ends; the
+//! last two compile small programs.
 
 use std::path::PathBuf;
 use std::process::{Command, Stdio};

@@ -19,8 +19,8 @@ fn builds(selection: &[&str], edges: &str) -> BTreeSet<String> {
     lines.filter(|line| !line.contains(" feature ")).collect()
 }
 
-/// What `cargo run --package devtools` compiles, the tests, the Python package and the fuzz targets are compiled with in the same features. A
-/// difference would compile a crate, and all that use it, twice.
+/// The tools, the tests, the Python package and the fuzz targets compile each crate with the same features. A difference would have cargo compile
+/// the crate, and all that use it, twice.
 #[test]
 fn all_builds_share_each_compiled_crate() {
     let tools = builds(&["--package", "devtools"], "features,no-dev");

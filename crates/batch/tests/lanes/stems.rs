@@ -70,7 +70,7 @@ fn trees_with_stems_agree_with_f64() {
     }
 }
 
-/// The same trees at rest in a wind of 6 m/s that rises at once, then again after a reset, in which the wind begins anew.
+/// Trees at rest in a wind of 6 m/s that rises at once, then again after a reset, in which the wind begins anew.
 #[test]
 fn trees_in_wind_agree_with_f64() {
     const FRAMES: u32 = 60;

@@ -16,7 +16,7 @@ pub struct Part {
     /// True if it branches off its parent, false if it continues it.
     pub branches: bool,
     pub values: Values,
-    /// Its base, if a coarser entity that begins with it has a position.
+    /// Position of the base, if a coarser entity that begins with this one has one.
     pub base: Option<Vec3>,
     /// True if its length is a share of a coarser entity's.
     pub shared: bool,

@@ -12,7 +12,7 @@ use super::{Figures, graph, head, parts, thickness};
 use crate::digitised::{GAP, LENGTH, RADIUS};
 use crate::{DigitisedTree, ImportError};
 
-/// What a reader of a file knows beyond it.
+/// Facts that a reader has beyond the file.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Choice {
     /// Units of the file. If the file states its own, they must be the same.

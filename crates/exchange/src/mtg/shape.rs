@@ -43,7 +43,7 @@ pub struct Rules<'a> {
     pub shortest: f64,
 }
 
-/// What is known of a part's tip.
+/// Facts about a part's tip.
 struct Ends {
     p_base: Vec3,
     p_tip: Vec3,

@@ -147,9 +147,9 @@ fields! {
         BENDING_DAMPING = 6,
         /// Damping of twist [N m s/rad], in the place of the tether's cap.
         TWISTING_DAMPING = 7,
-        /// How it gave way, as bits: 0 while it holds, then 1 for a pull, 2 for a bend, 3 for a twist, 4 for the spur. In the place of the frames over a limit.
+        /// Kind of release, as bits: 0 while it holds, then 1 for a pull, 2 for a bend, 3 for a twist, 4 for the spur. In the place of the frames over a limit.
         RELEASE = 15,
-        /// What the link bears: a point mass at this place from its joint [m] (3); for a loose fruit its angular velocity.
+        /// Place of a point mass that the link bears, from its joint [m] (3); for a loose fruit its angular velocity.
         ARM = 24,
         /// That mass [kg]; 0 for a loose fruit.
         BORNE_MASS = 27,
@@ -193,15 +193,15 @@ fields! {
     air {
         /// Force of the wind on it in this frame, as an impulse over a substep [N s] (3).
         IMPULSE = 0,
-        /// Its drag of translation then [1/s].
+        /// Drag of translation then [1/s].
         DRAG = 3,
-        /// Its centre of mass at the end of the last frame [m] (3), and the first number of its axis.
+        /// Centre of mass at the end of the last frame [m] (3), and the first number of the axis.
         P = 4,
         /// Velocity of the centre of mass [m/s] (3), and the second number.
         V = 8,
         /// Half air density times drag coefficient times area of its wood across the wind [kg/m].
         WOOD = 12,
-        /// The same of its leaves.
+        /// Half air density times drag coefficient times area of its leaves [kg/m].
         LEAVES = 13,
         /// Third number of its axis.
         Z = 15,

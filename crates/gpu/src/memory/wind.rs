@@ -12,7 +12,7 @@ use crate::schedule::PARTS;
 const UNITS: f64 = 4_294_967_296.0;
 
 impl Memory {
-    /// What the wind takes hold of on a world's links, which are in these rows, and the waves of its gusts; nothing in still air.
+    /// Drag areas of a world's links, which are in these rows, and the waves of its gusts; nothing in still air.
     pub(super) fn load_wind(&mut self, given: &TreeWorld, number: usize, lane: usize, rows: &[usize]) {
         let plant = given.plant();
         let Some(weather) = &plant.weather else { return };

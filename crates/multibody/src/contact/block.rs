@@ -18,7 +18,7 @@ pub(super) enum Load {
     Dof { body: usize, dof: usize, factor: f64 },
 }
 
-/// What a force beside the centre of a point body turns.
+/// Parts that a force beside the centre of a point body turns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Turns {
     /// Nothing.

@@ -14,7 +14,7 @@ fn tanh(x: f32) -> f32 {
     math::tanh(f64::from(x)) as f32
 }
 
-/// What a layer of `gates` gates gets.
+/// Inputs of a layer of `gates` gates.
 struct Layer<'a> {
     /// Steps, sequences side by side, numbers of an input, numbers of the state.
     sizes: [usize; 4],

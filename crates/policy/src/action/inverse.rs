@@ -45,7 +45,7 @@ impl Drive {
         most
     }
 
-    /// What a command says in each channel: the set points of the arm (moves of them after the last ones, or places), velocities of the base, the hand.
+    /// Values of a command in each channel: set points of the arm (moves of them after the last ones, or places), velocities of the base, the hand.
     fn values(&self, command: &Command, last: &JointValues) -> Vec<f64> {
         let along = |direction: &[f64; 3]| -> f64 {
             direction.iter().zip(command.base_velocity).map(|(d, v)| d * v).sum()

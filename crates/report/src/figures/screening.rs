@@ -11,7 +11,7 @@ use crate::figure::{Figure, FigureError, colour};
 pub struct ScreenedParameter<'a> {
     /// Short name.
     pub name: &'a str,
-    /// Its effects.
+    /// Elementary effects.
     pub screened: Screened,
 }
 

@@ -22,7 +22,7 @@ pub(super) struct Drivetrain {
     pub viscous: f64,
 }
 
-/// What a drivetrain takes from its joint in one substep: `torque - damping v'`.
+/// Torque that a drivetrain takes from its joint in one substep: `torque - damping v'`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Loss {
     /// Torque of the armature [N m].

@@ -299,7 +299,7 @@ fn a_strangers_coupled_gripper_holds_with_the_draft() {
     assert!(wide.finger_q.iter().all(|q| (q - 0.0425).abs() < 1e-3), "{:?}", wide.finger_q);
 }
 
-/// What cannot be a finger is refused with the joint's name and the reason.
+/// A joint that cannot be a finger is refused with its name and the reason.
 #[test]
 fn fingers_that_do_not_open_evenly_are_refused() {
     let urdf = strangers_gripper();

@@ -1,4 +1,4 @@
-//! What public URDF files leave open or get wrong, and what is assumed instead.
+//! Gaps and faults of public URDF files, and the assumptions in their place.
 
 use orchard_geometry::{Mat3, Pose, Shape, Vec3, transform};
 use orchard_multibody::{Body, JointKind, ModelBuilder};

@@ -99,7 +99,7 @@ pub struct AnnualShootsSpec {
     pub allometry: Allometry,
 }
 
-/// How thickness, number, length and angle of branches follow the trunk's diameter and the branches' lengths.
+/// Laws by which thickness, number, length and angle of branches follow the trunk's diameter and the branches' lengths.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Allometry {

@@ -29,7 +29,7 @@ pub struct PointTarget {
 
 /// Largest step between the checked points of the line outwards \[m\]: less than the thickness of a twig.
 const STEP: f64 = 5e-3;
-/// What rounding may take from a sphere around a segment \[m\].
+/// Added to the radius of a sphere around a segment, so that rounding does not make the sphere too small \[m\].
 const ROUNDING: f64 = 1e-6;
 
 impl Component for Gentle {
@@ -163,5 +163,32 @@ impl Wood {
         };
         let count = self.segments.iter().filter(near).count() as u32;
         (count >= rules.corridor_segments.get()).then_some(count)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use orchard_scenario::Scenario;
+
+    use super::*;
+
+    /// The sphere around a segment never leaves out a segment that is near.
+    #[test]
+    fn spheres_leave_out_only_what_is_farther() {
+        let world = Scenario::of(&[]).unwrap().world(20250704, 0, 0).unwrap();
+        let (wood, mut draws) = (Wood::of(&world), Stream::new(1, 0, Purpose::Test));
+        let mut left_out = 0;
+        for _ in 0..100 {
+            let mut within = |low, high| draws.uniform(low, high);
+            let p_world = Vec3::new(within(-0.6, 0.6), within(-0.6, 0.6), within(0.5, 2.0));
+            let most = within(0.01, 0.3);
+            for piece in &wood.segments {
+                if !piece.may_be_within(most, &p_world) {
+                    assert!(piece.distance(&p_world) > most);
+                    left_out += 1;
+                }
+            }
+        }
+        assert!(left_out > 100 * wood.segments.len() / 2, "{left_out}");
     }
 }

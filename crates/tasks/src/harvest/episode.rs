@@ -233,7 +233,7 @@ pub enum ContactOutcome {
 }
 
 impl ContactOutcome {
-    /// Its name in records and summaries.
+    /// Name in records and summaries.
     pub fn name(self) -> &'static str {
         match self {
             Self::Placed => "placed",
@@ -291,7 +291,7 @@ pub struct DetachEvent {
     pub tension_n: Option<f64>,
     /// True if the tension exceeds `rules.stem_pull`, the force that detaches most apples in a straight pull.
     pub stem_pulled: bool,
-    /// How it came off a stem that bends; absent on a tether.
+    /// Way in which it came off a stem that bends; absent on a tether.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub release: Option<Release>,
 }

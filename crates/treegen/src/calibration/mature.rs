@@ -111,7 +111,7 @@ pub struct MatureTargets {
     pub thick_trunk: Span,
     /// Mean dry mass of a thick tree's twigs.
     pub thick_twig_mass: Target,
-    /// How trees follow the trunk's diameter.
+    /// Laws by which trees follow the trunk's diameter.
     pub size: SizeLaws,
 }
 

@@ -11,7 +11,7 @@ use parry3d_f64::utils::Array2;
 
 /// Largest range, in lengths of the ray's direction.
 const FAR: f64 = 1e3;
-/// What rounding may take from a sphere around an item \[m\].
+/// Added to the radius of a sphere around an item, so that rounding does not make the sphere too small \[m\].
 const MARGIN: f64 = 1e-6;
 
 /// The items of a scene as parry's shapes.

@@ -19,7 +19,7 @@ const DEPTH: f64 = 150.0;
 const PIXELS: f64 = 100.0;
 const MEMORY: f64 = 24.0 * 1024.0 / 256.0;
 
-/// What Python may take on top of a native step, as a share of it.
+/// Largest time that Python may take on top of a native step, as a share of it.
 const BINDING: f64 = 0.02;
 /// Measures it: environments, rounds, steps -> share. The first steps take longer, so that a shorter measurement would say nothing.
 const BINDING_SIZE: [&str; 3] = ["4", "5", "50"];
@@ -76,7 +76,7 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
     Ok(measured.into())
 }
 
-/// What the Python package takes on top of a native step; the error gives the reason why it cannot be measured.
+/// Measures the time that the Python package takes on top of a native step; the error gives the reason why it cannot be measured.
 fn binding() -> Result<f64, String> {
     let script = [&["-c", BINDING_PY][..], &BINDING_SIZE].concat();
     let done = Command::new("python3").args(script).stdin(Stdio::null()).output();

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::rows::Row;
 
-/// What a validation must show, and the rows that show it.
+/// Demands on a validation, and the rows that meet them.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Demands {
@@ -30,7 +30,7 @@ pub fn mark(rows: &mut [Row]) {
     }
 }
 
-/// How many of the demanded rows pass, and how many of the others; rows that cannot be tested count as not passed.
+/// Numbers of demanded rows and of others that pass; rows that cannot be tested count as not passed.
 pub fn summary(rows: &[Row]) -> String {
     let share = |demanded: bool| {
         let all = rows.iter().filter(|row| row.demanded == Some(demanded));

@@ -40,7 +40,7 @@ const GENTLE_KICK: f64 = 0.5;
 const MEASURED_KICK: f64 = 0.2;
 const MEASURED_STAYS_ON: f64 = 0.5;
 const MEASURED_STATE_ERROR: f64 = 1.6e-4;
-/// Its thin twigs whip. A world is compared if no link turns faster than this at the end of a frame [rad/s]: within a frame it may be three times as fast, and from 18 rad/s on f64
+/// Thin twigs whip. A world is compared if no link turns faster than this at the end of a frame [rad/s]: within a frame it may be three times as fast, and from 18 rad/s on f64
 /// takes velocity products otherwise (decision 10).
 const FASTEST: f64 = 6.0;
 /// Kick and share of the pull on trees with fruit on stems that bend.

@@ -80,7 +80,7 @@ struct Grip {
     spread: Quantity,
 }
 
-/// How a hand picks.
+/// Motion of a picking hand.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Hand {
@@ -99,7 +99,7 @@ struct Rates {
     probe: Quantity,
 }
 
-/// What was done to one fruit, each from the same rest.
+/// Picks of one fruit, each from the same rest.
 struct Tried {
     /// As drawn \[N\].
     strength: f64,

@@ -38,7 +38,7 @@ pub struct Parameter {
     pub why: String,
 }
 
-/// How a range is divided.
+/// Division of a range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scale {

@@ -30,7 +30,7 @@ const DURATION: f64 = 30.0;
 /// Pull by which the branch is measured \[N\].
 const PROBE: f64 = 2.0;
 
-/// What was measured at one level.
+/// Measurements at one level.
 pub struct Level {
     pub name: &'static str,
     /// Tension of the stem when the magnet let go \[N\], of each pick in which it did.

@@ -57,7 +57,7 @@ impl<'a> Hanging<'a> {
         self.tree.plant().fruit.stem(self.fruit).expect("the world was built on stems")
     }
 
-    /// Where its centre hangs \[m\], world.
+    /// Place of the hanging centre \[m\], world.
     pub fn p_world(&self) -> Vec3 {
         self.tree.data().point_p_world[self.point()]
     }
