@@ -1,12 +1,16 @@
 //! Depth cameras with the view and the errors of a config.
 
 mod noise;
+mod registration;
 mod stereo;
+mod time_of_flight;
 mod window;
 
+use registration::register;
+
 use crate::{Frame, Label, NO_INSTANCE, Scene, render};
-use orchard_geometry::{DepthImage, Intrinsics, Pose, math};
-use orchard_spec::camera::{CameraSpec, ViewSpec};
+use orchard_geometry::{DepthImage, Intrinsics, Pose, Vec3, math};
+use orchard_spec::camera::{CameraSpec, Measurement, NativeSpec, ViewSpec};
 
 /// A depth camera.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,24 +58,69 @@ impl Sensor {
 
     /// Takes an image; `x_world_camera` is the pose of the optical frame.
     pub fn capture(&self, scene: &Scene, x_world_camera: &Pose, key: ImageKey) -> Capture {
-        let mut truth = Frame::new(self.intrinsics.width, self.intrinsics.height);
         let range = self.spec.range();
-        let mut draw =
-            |(near, far): (f64, f64)| render(scene, &self.intrinsics, x_world_camera, near, far, &mut truth);
-        let measured = match &self.spec {
-            CameraSpec::Ideal(_) | CameraSpec::Paper(_) => {
-                draw(range);
-                truth.depth.clone()
-            }
-            // Surfaces out of range still hide others and give windows texture to match.
-            CameraSpec::D435i(spec) => {
-                draw((0.0, f64::INFINITY));
-                let measured = stereo::measure(spec, self.intrinsics.fx, &truth.depth, key);
-                keep_range(&mut truth, range);
-                measured
+        let mut truth = Frame::new(self.intrinsics.width, self.intrinsics.height);
+        if matches!(self.spec.measurement(), Measurement::Exact) {
+            render(scene, &self.intrinsics, x_world_camera, range.0, range.1, &mut truth);
+            return Capture { measured: truth.depth.clone(), truth };
+        }
+        // Surfaces out of range still hide others, give windows texture to match and return light.
+        let all = (0.0, f64::INFINITY);
+        render(scene, &self.intrinsics, x_world_camera, all.0, all.1, &mut truth);
+        let measured = match self.spec.native() {
+            None => self.measure(&self.intrinsics, scene, x_world_camera, Some(&truth.depth), key),
+            Some(native) => {
+                let imager = of_lens(native);
+                let right = native.right.si();
+                let mut x_world_imager = *x_world_camera;
+                x_world_imager.translation.vector -= x_world_camera.rotation * Vec3::new(right, 0.0, 0.0);
+                let depth = self.measure(&imager, scene, &x_world_imager, None, key);
+                register(&depth, &imager, &self.intrinsics, right, native.bridge.si())
             }
         };
+        keep_range(&mut truth, range);
         Capture { measured, truth }
+    }
+
+    /// Measures depth with an imager. `drawn` is the true depth at any range, if it has been drawn.
+    fn measure(
+        &self,
+        imager: &Intrinsics,
+        scene: &Scene,
+        x_world_imager: &Pose,
+        drawn: Option<&DepthImage>,
+        key: ImageKey,
+    ) -> DepthImage {
+        let draw = |k: &Intrinsics| {
+            let mut frame = Frame::new(k.width, k.height);
+            render(scene, k, x_world_imager, 0.0, f64::INFINITY, &mut frame);
+            frame.depth
+        };
+        match self.spec.measurement() {
+            Measurement::Exact => draw(imager),
+            Measurement::Stereo(spec) => match drawn {
+                Some(depth) => stereo::measure(spec, imager.fx, depth, key),
+                None => stereo::measure(spec, imager.fx, &draw(imager), key),
+            },
+            Measurement::TimeOfFlight(spec) => {
+                time_of_flight::measure(spec, &draw(&finer(imager, time_of_flight::RAYS)), key)
+            }
+        }
+    }
+}
+
+/// Intrinsics of the same view with `n` pixels for each pixel along each side.
+fn finer(k: &Intrinsics, n: usize) -> Intrinsics {
+    let by = n as f64;
+    // The middle of pixel 0 is the middle of its n finer pixels.
+    let moved = |c: f64| by * c + 0.5 * (by - 1.0);
+    Intrinsics {
+        width: k.width * n,
+        height: k.height * n,
+        fx: by * k.fx,
+        fy: by * k.fy,
+        cx: moved(k.cx),
+        cy: moved(k.cy),
     }
 }
 
@@ -85,12 +134,24 @@ fn keep_range(frame: &mut Frame, (near, far): (f64, f64)) {
     }
 }
 
+/// Pinhole intrinsics of a depth imager.
+fn of_lens(native: &NativeSpec) -> Intrinsics {
+    let (width, height) = (native.width.get() as usize, native.height.get() as usize);
+    let square = Intrinsics::from_vertical_fov(width, height, native.vertical_fov.si());
+    Intrinsics { fx: focal(width, native.horizontal_fov.si()), ..square }
+}
+
+/// Focal length \[px\] of a width and a horizontal field of view.
+fn focal(width: usize, fov: f64) -> f64 {
+    0.5 * width as f64 / math::tan(0.5 * fov)
+}
+
 /// Pinhole intrinsics of a view: f = n / (2 tan(fov / 2)), the axis in the middle of the image.
 fn intrinsics(view: &ViewSpec) -> Intrinsics {
     let (width, height) = (view.width.get() as usize, view.height.get() as usize);
     let square = Intrinsics::from_vertical_fov(width, height, view.vertical_fov.si());
     match &view.horizontal_fov {
         None => square,
-        Some(fov) => Intrinsics { fx: 0.5 * width as f64 / math::tan(0.5 * fov.si()), ..square },
+        Some(fov) => Intrinsics { fx: focal(width, fov.si()), ..square },
     }
 }

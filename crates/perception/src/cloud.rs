@@ -31,7 +31,10 @@ pub(crate) struct Cloud {
     slope_y: Vec<f64>,
     /// Geometric mean of the focal lengths \[px\].
     pub(crate) focal: f64,
+    /// Intrinsics of the pixels that the cloud has.
     pub(crate) intrinsics: Intrinsics,
+    /// Columns and rows of the image for each of the cloud's.
+    pub(crate) step: usize,
 }
 
 /// Pixels of a rectangle, the ends excluded.
@@ -53,11 +56,15 @@ impl Cloud {
         intrinsics: &Intrinsics,
         mask: Option<&Image<bool>>,
         range: (f64, f64),
+        step: usize,
     ) -> Result<Self, PerceptionError> {
-        let (width, height) = (depth.width(), depth.height());
         check(depth, intrinsics, mask)?;
-        let measured = |&z: &f32| if z.is_finite() && z > 0.0 { f64::from(z) } else { 0.0 };
-        let z: Vec<f64> = depth.pixels().iter().map(measured).collect();
+        let step = step.max(1);
+        let intrinsics = every(intrinsics, step);
+        let Intrinsics { width, height, .. } = intrinsics;
+        let measured = |z: f32| if z.is_finite() && z > 0.0 { f64::from(z) } else { 0.0 };
+        let taken = || (0..height).flat_map(|v| (0..width).map(move |u| (step * u, step * v)));
+        let z: Vec<f64> = taken().map(|at| measured(depth[at])).collect();
         let classify = |&z: &f64| {
             if z <= 0.0 {
                 Pixel::Empty
@@ -69,7 +76,7 @@ impl Cloud {
         };
         let mut pixels: Vec<Pixel> = z.iter().map(classify).collect();
         if let Some(mask) = mask {
-            for (pixel, _) in pixels.iter_mut().zip(mask.pixels()).filter(|(_, masked)| **masked) {
+            for (pixel, _) in pixels.iter_mut().zip(taken()).filter(|(_, at)| mask[*at]) {
                 *pixel = Pixel::Masked;
             }
         }
@@ -78,8 +85,7 @@ impl Cloud {
         let slope_x = (0..width).map(|u| intrinsics.ray(u as f64, 0.0).x).collect();
         let slope_y = (0..height).map(|v| intrinsics.ray(0.0, v as f64).y).collect();
         let focal = (intrinsics.fx * intrinsics.fy).sqrt();
-        let intrinsics = *intrinsics;
-        Ok(Self { width, height, z, usable_z, pixels, slope_x, slope_y, focal, intrinsics })
+        Ok(Self { width, height, z, usable_z, pixels, slope_x, slope_y, focal, intrinsics, step })
     }
 
     /// Returns the number of pixels.
@@ -175,6 +181,15 @@ impl Cloud {
         });
     }
 
+    /// Calls `f` with the pixels whose rays meet a ball, row by row, and the rays, scaled to z = 1.
+    pub(crate) fn rays_of_ball(&self, c: &Vec3, radius: f64, mut f: impl FnMut(usize, Vec3)) {
+        self.rows_of_ball(c, radius, |v, (u0, u1)| {
+            for u in u0..u1 {
+                f(v * self.width + u, self.ray(u, v));
+            }
+        });
+    }
+
     /// Returns the depth \[m\] at which a pixel's ray first meets a ball; `None` if it misses the ball.
     pub(crate) fn z_of_ball(&self, i: usize, c: &Vec3, radius: f64) -> Option<f64> {
         let (u, v) = self.uv(i);
@@ -212,6 +227,19 @@ impl Cloud {
             let middle = along * c.x;
             f(v, pixels((middle - half) / a, (middle + half) / a, k.fx, k.cx, self.width));
         }
+    }
+}
+
+/// Intrinsics of every `step`-th column and row of an image, from the first on.
+fn every(k: &Intrinsics, step: usize) -> Intrinsics {
+    let by = step as f64;
+    Intrinsics {
+        width: k.width.div_ceil(step),
+        height: k.height.div_ceil(step),
+        fx: k.fx / by,
+        fy: k.fy / by,
+        cx: k.cx / by,
+        cy: k.cy / by,
     }
 }
 

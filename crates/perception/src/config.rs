@@ -7,8 +7,6 @@ use serde::{Deserialize, Serialize};
 pub const PAPER_TOML: &str = include_str!("../configs/paper/perception.toml");
 /// The preset `paper-single` as TOML text.
 pub const PAPER_SINGLE_TOML: &str = include_str!("../configs/paper-single/perception.toml");
-/// The preset `d435i` as TOML text.
-pub const D435I_TOML: &str = include_str!("../configs/d435i/perception.toml");
 
 /// Every threshold of detector, masks and tracker, as read from `perception.toml`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -20,6 +18,8 @@ pub struct DetectorConfig {
     pub fit: Fit,
     /// Conditions that a sphere must satisfy.
     pub gates: Gates,
+    /// Score of a sphere.
+    pub score: Score,
     /// Robot and ground masks.
     pub mask: Mask,
     /// Tracking over several images.
@@ -47,6 +47,8 @@ pub struct Fit {
     pub refine: bool,
     /// Half-width of the window of a local fit over the disc of the smallest radius that the gate allows.
     pub window: Quantity,
+    /// Every so many columns and rows of the image are looked at. The other figures in pixels are of what is left.
+    pub sampling: Count,
     /// Spacing of the pixels from which local fits start.
     pub stride: Count,
     /// Distance from the sphere within which a pixel belongs to it: about three sigma of the depth noise.
@@ -54,6 +56,12 @@ pub struct Fit {
     /// Band at a depth of one metre that grows with depth squared, as the noise of a stereo camera does; the wider of the two bands
     /// counts.
     pub noise: Quantity,
+    /// Half-width of the ramp that the camera makes of a step in depth.
+    pub ramp: Quantity,
+    /// Uses the prior in the fit. If false, a sphere follows from its pixels alone.
+    pub use_prior: bool,
+    /// Prior of a fruit's radius.
+    pub prior: Prior,
     /// First, wider band of a fit, as a multiple of its RMS; it is halved every round.
     pub trim: Quantity,
     /// Largest number of rounds of collecting pixels and fitting again.
@@ -61,6 +69,76 @@ pub struct Fit {
     /// Largest number of pixel accesses of the search, divided by the number of pixels of the image. It bounds the time of an image that
     /// was made to take long.
     pub effort: Count,
+}
+
+/// Prior of a fruit's radius.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Prior {
+    /// Mean radius.
+    pub mean: Quantity,
+    /// Standard deviation of the radius.
+    pub deviation: Quantity,
+    /// Largest number of pixels of a fruit whose errors count as independent: neighbours err alike, and apples are no spheres.
+    pub independent: Quantity,
+}
+
+/// Score: the probability that a sphere is a fruit, by logistic regression on the evidence ([`crate::Evidence`]).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Score {
+    /// True if the score decides: of spheres in one place the one with the largest score stays, and those below `least` are refused. If
+    /// false, the gates decide, and the score is only told.
+    pub on: bool,
+    /// Least score of a detection.
+    pub least: Quantity,
+    /// Weight of each term.
+    pub weights: Weights,
+}
+
+/// Weights of the terms of [`crate::Evidence::terms`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs, reason = "each is the weight of the term of its name")]
+pub struct Weights {
+    pub always: Quantity,
+    pub cover: Quantity,
+    pub through: Quantity,
+    pub visible: Quantity,
+    pub rim: Quantity,
+    pub beyond: Quantity,
+    pub misfit: Quantity,
+    pub flatness: Quantity,
+    pub roundness: Quantity,
+    pub outline: Quantity,
+    pub outline_misfit: Quantity,
+    pub size: Quantity,
+    pub size_squared: Quantity,
+}
+
+impl Weights {
+    /// Number of terms.
+    pub const TERMS: usize = 13;
+
+    /// Returns the weights in the order of the terms.
+    pub(crate) fn si(&self) -> [f64; Self::TERMS] {
+        [
+            &self.always,
+            &self.cover,
+            &self.through,
+            &self.visible,
+            &self.rim,
+            &self.beyond,
+            &self.misfit,
+            &self.flatness,
+            &self.roundness,
+            &self.outline,
+            &self.outline_misfit,
+            &self.size,
+            &self.size_squared,
+        ]
+        .map(Quantity::si)
+    }
 }
 
 /// Gates. Each has a switch for ablations.
@@ -157,8 +235,16 @@ impl DetectorConfig {
     }
 
     /// Presets that come with the crate: names and TOML texts.
-    pub const FILES: &[(&str, &str)] =
-        &[("paper", PAPER_TOML), ("paper-single", PAPER_SINGLE_TOML), ("d435i", D435I_TOML)];
+    pub const FILES: &[(&str, &str)] = &[
+        ("paper", PAPER_TOML),
+        ("paper-single", PAPER_SINGLE_TOML),
+        ("scored", include_str!("../configs/scored/perception.toml")),
+        ("d435i", include_str!("../configs/d435i/perception.toml")),
+        ("d435i-aligned", include_str!("../configs/d435i-aligned/perception.toml")),
+        ("zed-mini", include_str!("../configs/zed-mini/perception.toml")),
+        ("azure-kinect", include_str!("../configs/azure-kinect/perception.toml")),
+        ("azure-kinect-native", include_str!("../configs/azure-kinect-native/perception.toml")),
+    ];
 
     /// Returns a preset that comes with the crate.
     ///

@@ -1,8 +1,10 @@
 //! Detection of fruit in a depth image.
 
 use crate::cloud::Cloud;
+use crate::evidence::{Evidence, Examiner};
 use crate::gates::{Gate, Limits};
 use crate::noise::Noise;
+use crate::posterior::Posterior;
 use crate::search::{Hypothesis, Search};
 use crate::segment::patches;
 use crate::sphere::Sphere;
@@ -16,6 +18,14 @@ pub struct Detection {
     pub p_camera: Vec3,
     /// Radius \[m\].
     pub radius: f64,
+    /// Probability that it is a fruit, by the evidence.
+    pub score: f64,
+    /// Standard deviation of the centre's distance from `p_camera` \[m\]; infinite if too few pixels determine it.
+    pub center_deviation: f64,
+    /// Standard deviation of the radius \[m\]; infinite if too few pixels determine it.
+    pub radius_deviation: f64,
+    /// Share of its disc that is seen.
+    pub visible: f64,
     /// Root mean square of the radial residual \[m\].
     pub rms: f64,
     /// Number of support pixels: those that lie on the sphere.
@@ -31,6 +41,8 @@ pub struct Candidate {
     pub detection: Detection,
     /// Gate that refused the sphere; `None` if it passed all gates.
     pub refused_by: Option<Gate>,
+    /// Evidence for and against it.
+    pub evidence: Evidence,
 }
 
 /// Finds fruit in a depth image \[m\]. `mask` is true where a pixel must be ignored (robot, ground) and has the image's size.
@@ -45,8 +57,8 @@ pub fn detect(
     mask: Option<&Image<bool>>,
     config: &DetectorConfig,
 ) -> Result<Vec<Detection>, PerceptionError> {
-    let candidates = candidates(depth, intrinsics, mask, config)?;
-    Ok(candidates.into_iter().filter(|c| c.refused_by.is_none()).map(|c| c.detection).collect())
+    let found = find(depth, intrinsics, mask, config, |refused_by| refused_by.is_none())?;
+    Ok(found.into_iter().filter(|c| c.refused_by.is_none()).map(|c| c.detection).collect())
 }
 
 /// Returns every sphere that [`detect`] considers, with the gate that refused it, for ablations and tests.
@@ -59,13 +71,30 @@ pub fn candidates(
     mask: Option<&Image<bool>>,
     config: &DetectorConfig,
 ) -> Result<Vec<Candidate>, PerceptionError> {
-    let cloud = Cloud::new(depth, intrinsics, mask, config.segmentation.range.si())?;
+    find(depth, intrinsics, mask, config, |_| true)
+}
+
+/// Returns the spheres that `wanted` takes by the gate that refused them; the score refuses afterwards.
+fn find(
+    depth: &DepthImage,
+    intrinsics: &Intrinsics,
+    mask: Option<&Image<bool>>,
+    config: &DetectorConfig,
+    wanted: impl Fn(Option<Gate>) -> bool,
+) -> Result<Vec<Candidate>, PerceptionError> {
+    let step = config.fit.sampling.get() as usize;
+    let cloud = Cloud::new(depth, intrinsics, mask, config.segmentation.range.si(), step)?;
     let limits = Limits::new(config);
     let mut marks = vec![false; cloud.len()];
     let mut out = Vec::new();
-    let mut judge = |h: Hypothesis| {
+    let mut judge = |h: &Hypothesis| {
         let refused_by = limits.refusal(&cloud, &h.sphere, &h.support, &mut marks);
-        out.push((h, refused_by));
+        // A sphere that is no fruit by its gates may still have started on one: with a score its pixels start other fits.
+        let explains = refused_by.is_none() || !config.score.on;
+        if wanted(refused_by) {
+            out.push((h.clone(), refused_by));
+        }
+        explains
     };
     if config.fit.refine {
         Search::new(&cloud, config).run(judge);
@@ -74,38 +103,82 @@ pub fn candidates(
         for support in patches(&cloud, |z| noise.jump(z), limits.min_pixels) {
             let sphere = Sphere::fit(support.iter().map(|&i| cloud.point(i)));
             if let Some(sphere) = sphere.filter(|s| s.center.z > 0.0) {
-                judge(Hypothesis { sphere, support });
+                judge(&Hypothesis { sphere, support });
             }
         }
     }
-    Ok(without_duplicates(&cloud, out))
+    if !config.score.on {
+        // The sort is stable: equal sizes stay in image order.
+        out.sort_by_key(|(h, _)| std::cmp::Reverse(h.support.len()));
+        let kept = without_duplicates(out, |(h, refused_by)| refused_by.is_none().then_some(h.sphere));
+        let report = Report::new(&cloud, intrinsics, config);
+        return Ok(kept.into_iter().map(|(h, refused_by)| report.of(&h, refused_by)).collect());
+    }
+    let report = Report::new(&cloud, intrinsics, config);
+    let mut scored: Vec<Candidate> =
+        out.into_iter().map(|(h, refused_by)| report.of(&h, refused_by)).collect();
+    scored.sort_by(|a, b| b.detection.score.total_cmp(&a.detection.score));
+    let sphere = |c: &Candidate| {
+        let Detection { p_camera: center, radius, .. } = c.detection;
+        c.refused_by.is_none().then_some(Sphere { center, radius })
+    };
+    let mut kept = without_duplicates(scored, sphere);
+    let least = config.score.least.si();
+    for c in kept.iter_mut().filter(|c| c.refused_by.is_none() && c.detection.score < least) {
+        c.refused_by = Some(Gate::Score);
+    }
+    Ok(kept)
 }
 
-/// Keeps the sphere with the most pixels of accepted spheres whose centres lie within one radius of each other.
-fn without_duplicates(cloud: &Cloud, mut hypotheses: Vec<(Hypothesis, Option<Gate>)>) -> Vec<Candidate> {
-    // The sort is stable: equal sizes stay in image order.
-    hypotheses.sort_by_key(|(h, _)| std::cmp::Reverse(h.support.len()));
-    let mut out: Vec<Candidate> = Vec::new();
-    for (h, refused_by) in hypotheses {
-        let same = |c: &Candidate| {
-            let d = &c.detection;
-            c.refused_by.is_none() && (d.p_camera - h.sphere.center).norm() < d.radius.max(h.sphere.radius)
-        };
-        if refused_by.is_some() || !out.iter().any(same) {
-            let detection = report(cloud, &h);
-            out.push(Candidate { detection, refused_by });
+/// Keeps the first of accepted spheres whose centres lie within one radius of each other, and all refused ones. `accepted` returns the
+/// sphere of an accepted one.
+fn without_duplicates<T>(all: Vec<T>, accepted: impl Fn(&T) -> Option<Sphere>) -> Vec<T> {
+    let mut out: Vec<T> = Vec::new();
+    let mut taken: Vec<Sphere> = Vec::new();
+    for one in all {
+        if let Some(sphere) = accepted(&one) {
+            let same = |t: &Sphere| (t.center - sphere.center).norm() < t.radius.max(sphere.radius);
+            if taken.iter().any(same) {
+                continue;
+            }
+            taken.push(sphere);
         }
+        out.push(one);
     }
     out
 }
 
-fn report(cloud: &Cloud, h: &Hypothesis) -> Detection {
-    Detection {
-        p_camera: h.sphere.center,
-        radius: h.sphere.radius,
-        rms: h.sphere.rms(h.support.iter().map(|&i| cloud.point(i))),
-        pixels: h.support.len() as u32,
-        // Callers keep z > 0.
-        center_px: cloud.intrinsics.project(&h.sphere.center).unwrap_or((f64::NAN, f64::NAN)),
+/// Makes reports of spheres.
+struct Report<'a> {
+    cloud: &'a Cloud,
+    /// Of the image, not of the cloud.
+    intrinsics: &'a Intrinsics,
+    config: &'a DetectorConfig,
+    examiner: Examiner,
+    posterior: Posterior,
+}
+
+impl<'a> Report<'a> {
+    fn new(cloud: &'a Cloud, intrinsics: &'a Intrinsics, config: &'a DetectorConfig) -> Self {
+        let (examiner, posterior) = (Examiner::new(config), Posterior::new(config));
+        Self { cloud, intrinsics, config, examiner, posterior }
+    }
+
+    fn of(&self, h: &Hypothesis, refused_by: Option<Gate>) -> Candidate {
+        let evidence = self.examiner.examine(self.cloud, h);
+        let deviations = self.posterior.deviations(self.cloud, &h.sphere);
+        let detection = Detection {
+            p_camera: h.sphere.center,
+            radius: h.sphere.radius,
+            score: evidence.score(&self.config.score.weights, &self.config.fit.prior),
+            center_deviation: deviations.center,
+            radius_deviation: deviations.radius,
+            visible: evidence.visible,
+            rms: h.sphere.rms(h.support.iter().map(|&i| self.cloud.point(i))),
+            pixels: (h.support.len() * self.cloud.step * self.cloud.step) as u32,
+            // Callers keep z > 0.
+            center_px: self.intrinsics.project(&h.sphere.center).unwrap_or((f64::NAN, f64::NAN)),
+        };
+        Candidate { detection, refused_by, evidence }
     }
 }

@@ -26,6 +26,8 @@ pub enum Gate {
     Isolation,
     /// A cylinder fits better.
     Cylinder,
+    /// The evidence speaks against a fruit.
+    Score,
 }
 
 impl Gate {
@@ -40,6 +42,7 @@ impl Gate {
             Gate::Elongation => "elongation",
             Gate::Isolation => "isolation",
             Gate::Cylinder => "cylinder",
+            Gate::Score => "score",
         }
     }
 }

@@ -2,6 +2,9 @@
 
 use crate::DetectorConfig;
 
+/// Number of standard deviations in `fit.band` and `fit.noise`.
+pub(crate) const DEVIATIONS: f64 = 2.5;
+
 /// Lengths below which a difference may be noise \[m\].
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Noise {
@@ -23,6 +26,11 @@ impl Noise {
     /// Returns the distance from a sphere \[m\] within which a pixel at depth `z` \[m\] belongs to it: max(band, k z^2).
     pub(crate) fn band(&self, z: f64) -> f64 {
         self.band.max(self.growing(z))
+    }
+
+    /// Returns the standard deviation of a depth \[m\] at depth `z` \[m\].
+    pub(crate) fn deviation(&self, z: f64) -> f64 {
+        self.band(z) / DEVIATIONS
     }
 
     /// Returns the difference of depth \[m\] beyond which a surface ends, at depth `z` \[m\].

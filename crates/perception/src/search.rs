@@ -3,6 +3,7 @@
 use crate::cloud::{Cloud, Rectangle};
 use crate::config::DetectorConfig;
 use crate::noise::Noise;
+use crate::posterior::Posterior;
 use crate::sphere::{Moments, Sphere};
 use std::cell::Cell;
 
@@ -23,6 +24,7 @@ pub(crate) struct Search<'a> {
     /// Interval of the radius gate; `None` if the gate is off.
     radius: Option<(f64, f64)>,
     noise: Noise,
+    posterior: Posterior,
     /// Number of pixel accesses left.
     effort: Cell<usize>,
 }
@@ -53,13 +55,14 @@ impl<'a> Search<'a> {
             smallest: config.gates.radius.limit.si().0,
             radius: config.gates.radius.si(),
             noise: Noise::new(config),
+            posterior: Posterior::new(config),
             effort: Cell::new(cloud.len().saturating_mul(c.effort.get() as usize)),
         }
     }
 
     /// Passes to `judge` the spheres found from the usable pixels of a grid, row by row. A pixel that supports a sphere starts no other
-    /// fit. The search ends when its effort is spent.
-    pub(crate) fn run(&self, mut judge: impl FnMut(Hypothesis)) {
+    /// fit if `judge` says so. The search ends when its effort is spent.
+    pub(crate) fn run(&self, mut judge: impl FnMut(&Hypothesis) -> bool) {
         let mut explained = vec![false; self.cloud.len()];
         let image = Rectangle { u: (0, self.cloud.width), v: (0, self.cloud.height) };
         self.cloud.usable_in(image, self.stride, |seed, p| {
@@ -67,8 +70,9 @@ impl<'a> Search<'a> {
                 return;
             }
             if let Some(h) = self.local(seed, &p).and_then(|start| self.refined(start)) {
-                h.support.iter().for_each(|&i| explained[i] = true);
-                judge(h);
+                if judge(&h) {
+                    h.support.iter().for_each(|&i| explained[i] = true);
+                }
             }
         });
     }
@@ -90,7 +94,9 @@ impl<'a> Search<'a> {
             }
         });
         let (sphere, rms) = moments.sphere()?;
-        let plausible = self.radius_plausible(&sphere) && rms <= self.noise.band(z);
+        // The prior would pull a bowl to the size of a fruit.
+        let bulges = sphere.center.z > z || !self.posterior.has_prior();
+        let plausible = self.radius_plausible(&sphere) && rms <= self.noise.band(z) && bulges;
         plausible.then_some(Start { moments, sphere, rms })
     }
 
@@ -114,6 +120,13 @@ impl<'a> Search<'a> {
                 return None;
             }
             band = (0.5 * band).max(narrowest(&sphere));
+        }
+        if self.posterior.has_prior() {
+            sphere = self.posterior.settle(self.cloud, &sphere, |pixels| self.spend(pixels))?;
+            if !self.radius_plausible(&sphere) {
+                return None;
+            }
+            band = narrowest(&sphere);
         }
         let mut support = Vec::new();
         self.on_sphere(&sphere, band, |i, _| support.push(i));

@@ -1,5 +1,11 @@
 //! Specs of depth cameras.
 
+mod stereo;
+mod time_of_flight;
+
+pub use stereo::StereoSpec;
+pub use time_of_flight::TimeOfFlightSpec;
+
 use orchard_quantity::{ConfigError, Count, Quantity, Span, from_table, overlay, parse};
 use serde::{Deserialize, Serialize};
 
@@ -16,7 +22,49 @@ pub enum CameraSpec {
     /// The paper's camera: exact depth within its range.
     Paper(PaperSpec),
     /// A stereo camera with the errors of an Intel RealSense D435i outdoors.
-    D435i(Box<D435iSpec>),
+    D435i(Box<StereoSpec>),
+    /// The same with its depth registered to the colour camera.
+    D435iAligned(Box<StereoSpec>),
+    /// A stereo camera with the errors of a Stereolabs ZED Mini.
+    ZedMini(Box<StereoSpec>),
+    /// A time-of-flight camera with the errors of a Microsoft Azure Kinect, registered to its colour camera.
+    AzureKinect(Box<TimeOfFlightSpec>),
+    /// The same as its depth imager delivers it.
+    AzureKinectNative(Box<TimeOfFlightSpec>),
+}
+
+/// How a camera measures depth.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Measurement<'a> {
+    /// Without errors.
+    Exact,
+    /// By disparity.
+    Stereo(&'a StereoSpec),
+    /// By the time of flight of light.
+    TimeOfFlight(&'a TimeOfFlightSpec),
+}
+
+/// A depth imager whose images are registered to the view of another camera: every depth is moved to where that camera sees it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct NativeSpec {
+    /// Columns.
+    #[serde(deserialize_with = "pixels")]
+    pub width: Count,
+    /// Rows.
+    #[serde(deserialize_with = "pixels")]
+    pub height: Count,
+    /// Horizontal field of view.
+    #[serde(deserialize_with = "field_of_view")]
+    pub horizontal_fov: Quantity,
+    /// Vertical field of view.
+    #[serde(deserialize_with = "field_of_view")]
+    pub vertical_fov: Quantity,
+    /// Position of the other camera to the right of the imager; their axes are parallel.
+    pub right: Quantity,
+    /// Largest difference of depth between neighbouring pixels across which depth is interpolated. 0: none is, and each pixel covers its
+    /// own rectangle.
+    pub bridge: Quantity,
 }
 
 /// Size, field of view and rate of a pinhole camera with its axis in the middle of the image.
@@ -55,52 +103,6 @@ pub struct PaperSpec {
     pub view: ViewSpec,
     /// Valid depths; a nearer surface occludes but reads as invalid.
     pub range: Span,
-}
-
-/// A stereo camera. Its errors are errors of the disparity f B / z: the shift \[px\] of a point between the two imagers'
-/// pictures (docs/computation/sensor.md).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct D435iSpec {
-    /// Size, field of view and rate.
-    pub view: ViewSpec,
-    /// Valid measured depths.
-    pub range: Span,
-    /// Distance B between the imagers.
-    #[serde(deserialize_with = "positive")]
-    pub baseline: Quantity,
-    /// Pixels by which the matching window extends to each side.
-    #[serde(deserialize_with = "window_radius")]
-    pub window_radius: Count,
-    /// Standard deviation of the disparity, in the shade and in full sun.
-    pub disparity_noise: Span,
-    /// Smallest step of the disparity.
-    #[serde(deserialize_with = "positive")]
-    pub disparity_step: Quantity,
-    /// Difference of disparity above which two pixels belong to different surfaces.
-    pub surface_step: Quantity,
-    /// Standard deviation of an edge's displacement, along rows and along columns.
-    pub edge_shift: Quantity,
-    /// Least share of a window that must show surfaces visible to both imagers.
-    pub least_support: Quantity,
-    /// Share of pixels without a match, in the shade and in full sun.
-    pub dropout: Span,
-    /// Light dial: 0 is shade, 1 full sun.
-    pub sunlight: Quantity,
-    /// Time from exposure to delivery of an image, rounded to whole frames of the simulation.
-    pub latency: Quantity,
-}
-
-impl D435iSpec {
-    /// Standard deviation of the disparity \[px\] at the light dial.
-    pub fn disparity_sd(&self) -> f64 {
-        at(&self.disparity_noise, &self.sunlight)
-    }
-
-    /// Share of pixels without a match at the light dial.
-    pub fn dropout_share(&self) -> f64 {
-        at(&self.dropout, &self.sunlight)
-    }
 }
 
 /// Checks the number of pixels against the code's own limit, which holds for any range in the file.
@@ -163,6 +165,10 @@ impl CameraSpec {
         ("ideal", include_str!("../configs/camera/ideal.toml")),
         ("paper", PAPER_TOML),
         ("d435i", include_str!("../configs/camera/d435i.toml")),
+        ("d435i-aligned", include_str!("../configs/camera/d435i-aligned.toml")),
+        ("zed-mini", include_str!("../configs/camera/zed-mini.toml")),
+        ("azure-kinect", include_str!("../configs/camera/azure-kinect.toml")),
+        ("azure-kinect-native", include_str!("../configs/camera/azure-kinect-native.toml")),
     ];
 
     /// Returns a camera that comes with the crate.
@@ -194,32 +200,64 @@ impl CameraSpec {
             CameraSpec::Ideal(_) => "ideal",
             CameraSpec::Paper(_) => "paper",
             CameraSpec::D435i(_) => "d435i",
+            CameraSpec::D435iAligned(_) => "d435i-aligned",
+            CameraSpec::ZedMini(_) => "zed-mini",
+            CameraSpec::AzureKinect(_) => "azure-kinect",
+            CameraSpec::AzureKinectNative(_) => "azure-kinect-native",
+        }
+    }
+
+    /// How the camera measures.
+    pub fn measurement(&self) -> Measurement<'_> {
+        match self {
+            CameraSpec::Ideal(_) | CameraSpec::Paper(_) => Measurement::Exact,
+            CameraSpec::D435i(spec) | CameraSpec::D435iAligned(spec) | CameraSpec::ZedMini(spec) => {
+                Measurement::Stereo(spec)
+            }
+            CameraSpec::AzureKinect(spec) | CameraSpec::AzureKinectNative(spec) => {
+                Measurement::TimeOfFlight(spec)
+            }
         }
     }
 
     /// Size, field of view and rate.
     pub fn view(&self) -> &ViewSpec {
-        match self {
-            CameraSpec::Ideal(camera) => &camera.view,
-            CameraSpec::Paper(camera) => &camera.view,
-            CameraSpec::D435i(camera) => &camera.view,
+        match (self, self.measurement()) {
+            (_, Measurement::Stereo(spec)) => &spec.view,
+            (_, Measurement::TimeOfFlight(spec)) => &spec.view,
+            (CameraSpec::Ideal(camera), _) => &camera.view,
+            (CameraSpec::Paper(camera), _) => &camera.view,
+            (_, Measurement::Exact) => unreachable!("an exact camera is ideal or the paper's"),
+        }
+    }
+
+    /// The depth imager, if its images are registered to another view.
+    pub fn native(&self) -> Option<&NativeSpec> {
+        match self.measurement() {
+            Measurement::Exact => None,
+            Measurement::Stereo(spec) => spec.native.as_ref(),
+            Measurement::TimeOfFlight(spec) => spec.native.as_ref(),
         }
     }
 
     /// Nearest and farthest valid depth \[m\].
     pub fn range(&self) -> (f64, f64) {
-        match self {
-            CameraSpec::Ideal(_) => (0.0, f64::INFINITY),
-            CameraSpec::Paper(camera) => camera.range.si(),
-            CameraSpec::D435i(camera) => camera.range.si(),
+        match self.measurement() {
+            Measurement::Stereo(spec) => spec.range.si(),
+            Measurement::TimeOfFlight(spec) => spec.range.si(),
+            Measurement::Exact => match self {
+                CameraSpec::Paper(camera) => camera.range.si(),
+                _ => (0.0, f64::INFINITY),
+            },
         }
     }
 
     /// Time from exposure to delivery of an image \[s\].
     pub fn latency(&self) -> f64 {
-        match self {
-            CameraSpec::Ideal(_) | CameraSpec::Paper(_) => 0.0,
-            CameraSpec::D435i(camera) => camera.latency.si(),
+        match self.measurement() {
+            Measurement::Exact => 0.0,
+            Measurement::Stereo(spec) => spec.latency.si(),
+            Measurement::TimeOfFlight(spec) => spec.latency.si(),
         }
     }
 }

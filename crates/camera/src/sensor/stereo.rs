@@ -6,12 +6,12 @@ use super::ImageKey;
 use super::noise::{Field, refusals};
 use super::window::{padded, window_sums, within};
 use orchard_geometry::{DepthImage, Image};
-use orchard_spec::camera::D435iSpec;
+use orchard_spec::camera::StereoSpec;
 use orchard_spec::{Purpose, Stream};
 
 /// Returns the measured depth \[m\], 0 without a measurement. `focal` is the horizontal focal length \[px\]; `truth` is the true
 /// depth at any range, 0 where there is no surface.
-pub(super) fn measure(spec: &D435iSpec, focal: f64, truth: &DepthImage, key: ImageKey) -> DepthImage {
+pub(super) fn measure(spec: &StereoSpec, focal: f64, truth: &DepthImage, key: ImageKey) -> DepthImage {
     let (width, height) = (truth.width(), truth.height());
     let (size, radius) = ((width, height), spec.window_radius.get() as usize);
     let mut stream = Stream::of_frame(key.seed, key.world, key.frame, Purpose::SensorNoise);
@@ -32,10 +32,10 @@ pub(super) fn measure(spec: &D435iSpec, focal: f64, truth: &DepthImage, key: Ima
     let (near, far) = spec.range.si();
     let (near, far) = (near as f32, far as f32);
     let (d_true, matched, support) = (disparity.pixels(), matched.pixels(), support.pixels());
-    let mut measured = Image::filled(width, height, 0.0_f32);
-    for (v, row) in measured.pixels_mut().chunks_exact_mut(width.max(1)).enumerate() {
+    let mut taken = Image::filled(width, height, 0.0_f32);
+    for (v, row) in taken.pixels_mut().chunks_exact_mut(width.max(1)).enumerate() {
         let window_rows = within(v, height, radius);
-        for (u, z) in row.iter_mut().enumerate() {
+        for (u, taken) in row.iter_mut().enumerate() {
             let i = v * width + u;
             let in_window = window_rows * within(u, width, radius);
             if (support[i] as f32) < least * in_window as f32 {
@@ -44,11 +44,17 @@ pub(super) fn measure(spec: &D435iSpec, focal: f64, truth: &DepthImage, key: Ima
             // At an edge the window takes the side of a nearby pixel.
             let there =
                 moved(v, shift * shift_v.at(i), height) * width + moved(u, shift * shift_u.at(i), width);
-            let taken = if (d_true[there] - d_true[i]).abs() > surface_step { there } else { i };
-            let d = d_true[taken];
-            if matched[taken] == 0 || refused.pixels()[there] > 0 || (u as f32) < d {
-                continue;
+            let from = if (d_true[there] - d_true[i]).abs() > surface_step { there } else { i };
+            let d = d_true[from];
+            if matched[from] > 0 && refused.pixels()[there] == 0 && (u as f32) >= d {
+                *taken = d;
             }
+        }
+    }
+    let ramped = ramped(taken, spec.edge_ramp.get() as usize, spec.edge_limit.si() as f32);
+    let mut measured = Image::filled(width, height, 0.0_f32);
+    for (i, (z, &d)) in measured.pixels_mut().iter_mut().zip(ramped.pixels()).enumerate() {
+        if d > 0.0 {
             let steps = ((d + sd * noise.at(i)) / step + 0.5) as i32;
             let depth = focal_baseline / (steps as f32 * step);
             if steps > 0 && depth >= near && depth <= far {
@@ -57,6 +63,49 @@ pub(super) fn measure(spec: &D435iSpec, focal: f64, truth: &DepthImage, key: Ima
         }
     }
     measured
+}
+
+/// Replaces each disparity by the mean of those within `radius` pixels along rows and columns: steps become ramps. Pixels without a match
+/// have disparity 0, keep it, and count in no mean. A pixel whose window mixes disparities with a standard deviation above `limit` \[px\]
+/// has no match.
+fn ramped(disparity: Image<f32>, radius: usize, limit: f32) -> Image<f32> {
+    if radius == 0 {
+        return disparity;
+    }
+    let (width, height) = (disparity.width(), disparity.height());
+    // Number, sum and sum of squares.
+    let of = |&d: &f32| if d > 0.0 { [1.0, d, d * d] } else { [0.0; 3] };
+    let own: Vec<[f32; 3]> = disparity.pixels().iter().map(of).collect();
+    let rows = sums_along(&own, (width, height), radius, |along, line| line * width + along);
+    let sums = sums_along(&rows, (height, width), radius, |along, line| along * width + line);
+    let mut out = disparity;
+    for (d, [n, sum, squares]) in out.pixels_mut().iter_mut().zip(sums) {
+        if *d > 0.0 {
+            let mean = sum / n;
+            let variance = (squares / n - mean * mean).max(0.0);
+            *d = if variance <= limit * limit { mean } else { 0.0 };
+        }
+    }
+    out
+}
+
+/// Sums over the pixels within `radius` along lines of an image: `length` pixels in each of `lines` lines, at `index(along, line)`.
+fn sums_along(
+    from: &[[f32; 3]],
+    (length, lines): (usize, usize),
+    radius: usize,
+    index: impl Fn(usize, usize) -> usize,
+) -> Vec<[f32; 3]> {
+    let mut out = vec![[0.0; 3]; from.len()];
+    for line in 0..lines {
+        for along in 0..length {
+            let sum = &mut out[index(along, line)];
+            for k in along.saturating_sub(radius)..=(along + radius).min(length - 1) {
+                sum.iter_mut().zip(from[index(k, line)]).for_each(|(sum, x)| *sum += x);
+            }
+        }
+    }
+    out
 }
 
 /// Disparity of each pixel \[px\], 0 where there is no surface.
