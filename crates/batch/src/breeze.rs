@@ -62,7 +62,7 @@ impl Breeze {
     }
 
     /// The work for the block with a frame of the world's clock; `None` if it is done. `scratch` is memory for [`Gusts`].
-    pub fn advance_to<'a>(&'a mut self, clock: i64, scratch: &'a mut Vec<f32>) -> Option<Gusts<'a>> {
+    pub fn advance_to<'a>(&'a mut self, clock: i64, scratch: &'a mut Aligned) -> Option<Gusts<'a>> {
         let number = clock.div_euclid(FRAMES as i64);
         if self.number.replace(number) == Some(number) {
             return None;
@@ -113,7 +113,8 @@ mod tests {
         let frame = world.plant().spec.sim.frame();
         let weather = world.plant().weather.as_ref().unwrap();
         for isa in Isa::available() {
-            let (mut breeze, mut scratch) = (Breeze::new(weather, frame), Vec::new());
+            let (mut breeze, mut scratch) =
+                (Breeze::new(weather, frame), Gusts::scratch(weather.wind().waves().count()));
             let amplitude: f64 =
                 weather.wind().waves().map(|wave| wave.cosine.norm() + wave.sine.norm()).sum();
             for clock in (0..2 * FRAMES as i64).chain(108_000..108_000 + FRAMES as i64) {

@@ -10,7 +10,7 @@ use crate::fault::Status;
 use crate::isa::Isa;
 use crate::kernel::{Found, Numbers, Phase, Step, Work};
 use crate::lane_world::LaneWorld;
-use crate::layout::{fruit, limit, link, work};
+use crate::layout::{Aligned, fruit, limit, link, work};
 use crate::schedule::{Schedule, Walk};
 use crate::tree_world::{TreeEvent, TreeWorld};
 use orchard_geometry::Vec3;
@@ -46,7 +46,7 @@ pub(crate) struct Tile {
     /// Air of each world; empty in still air.
     airs: Vec<Option<LaneAir>>,
     /// Memory for the air.
-    scratch: Vec<f32>,
+    scratch: Aligned,
     /// True if an input has changed since the last outward pass.
     is_stale: bool,
     step: Step,
@@ -91,7 +91,7 @@ impl Tile {
             worlds: Vec::new(),
             pushes: Vec::new(),
             airs: Vec::new(),
-            scratch: Vec::new(),
+            scratch: Aligned::zeros(0),
             is_stale: true,
             step: Step {
                 h: spec.sim.substep() as f32,

@@ -3,6 +3,7 @@
 use super::instructions::Instructions;
 use super::lane::{Lane, Lane3, add, axmy, axpy, scale, store3, sub};
 use super::{Task, polynomial};
+use crate::layout::{Aligned, LINE};
 use pulp::bytemuck;
 
 /// Frames on either side of the middle of a block.
@@ -47,7 +48,14 @@ pub(crate) struct Gusts<'a> {
     /// Result [m/s], `[frame][axis][place]`.
     pub block: &'a mut [f32],
     /// Memory for the waves at a vector of places.
-    pub scratch: &'a mut Vec<f32>,
+    pub scratch: &'a mut Aligned,
+}
+
+impl Gusts<'_> {
+    /// Scratch for a number of waves and vectors of any width.
+    pub fn scratch(waves: usize) -> Aligned {
+        Aligned::zeros(waves * FIELDS * LINE)
+    }
 }
 
 impl Task for Gusts<'_> {
@@ -55,8 +63,7 @@ impl Task for Gusts<'_> {
 
     #[inline(always)]
     fn with<S: Instructions>(self, simd: S) {
-        self.scratch.resize(self.waves.len() * FIELDS * S::LANES, 0.0);
-        let scratch: &mut [S::Vector] = bytemuck::cast_slice_mut(self.scratch);
+        let scratch: &mut [S::Vector] = bytemuck::cast_slice_mut(self.scratch.as_mut_slice());
         let at_waves = scratch.as_chunks_mut::<FIELDS>().0;
         let phases: &[S::Vector] = bytemuck::cast_slice(self.phases);
         let block: &mut [S::Vector] = bytemuck::cast_slice_mut(self.block);

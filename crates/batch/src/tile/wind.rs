@@ -2,7 +2,7 @@
 
 use super::Tile;
 use crate::breeze::Breeze;
-use crate::kernel::Air;
+use crate::kernel::{Air, Gusts};
 use crate::layout::{air, ball, fruit, link};
 use crate::schedule::Walk;
 use crate::tree_world::TreeWorld;
@@ -51,6 +51,9 @@ impl Tile {
                 samples: starts.iter().filter_map(|row| air.sample_of_row[*row]).collect(),
             }));
         }
+        let weathers = worlds.iter().filter_map(|(_, world)| world.plant().weather.as_ref());
+        self.scratch =
+            Gusts::scratch(weathers.map(|weather| weather.wind().waves().count()).max().unwrap_or(0));
         self.numbers.air = Some(air);
     }
 
