@@ -2,7 +2,9 @@
 
 use super::backends::{PUSHES, backends};
 use super::forces::push;
-use super::trees::{Errors, grown, in_wind, kick, measured, on_tethers_in_wind, siblings, state, stemmed};
+use super::trees::{
+    Errors, grown, in_short_waves, in_wind, kick, measured, on_tethers_in_wind, siblings, state, stemmed,
+};
 use orchard_batch::{Status, TreeWorld};
 use orchard_geometry::Vec3;
 
@@ -42,6 +44,13 @@ fn pull_and_release_agrees_with_f64() {
                 backend.tolerance.lightly_damped(),
             ),
             ("in wind", in_wind(3, WIND), LIGHTLY_DAMPED_KICK, STAYS_ON, backend.tolerance.on_stems()),
+            (
+                "in short waves",
+                in_short_waves(WIND),
+                LIGHTLY_DAMPED_KICK,
+                STAYS_ON,
+                backend.tolerance.on_stems(),
+            ),
             (
                 "in wind, on tethers",
                 on_tethers_in_wind(3, WIND),

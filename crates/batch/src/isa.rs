@@ -1,7 +1,19 @@
 //! Which vector instructions to use, found out at run time.
 
-use crate::kernel::{Baseline, Found, Instructions, Work};
-use pulp::Simd;
+use crate::kernel::{Baseline, Instructions, Task};
+use pulp::{Simd, WithSimd};
+
+/// A task as pulp takes it.
+struct Wide<T>(T);
+
+impl<T: Task> WithSimd for Wide<T> {
+    type Output = T::Output;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> T::Output {
+        self.0.with(simd)
+    }
+}
 
 /// A set of vector instructions.
 ///
@@ -83,20 +95,20 @@ impl Isa {
         }
     }
 
-    /// Does the work, compiled for this set.
+    /// Does a task, compiled for this set.
     ///
     /// # Panics
     /// If the processor does not have it: a batch is only made with one that it has.
-    pub(crate) fn run(self, work: Work) -> Found {
+    pub(crate) fn run<T: Task>(self, task: T) -> T::Output {
         const MISSING: &str = "a batch is made with instructions that the processor has";
         match self {
             #[cfg(target_arch = "x86_64")]
-            Self::Avx512 => Simd::vectorize(pulp::x86::V4::try_new().expect(MISSING), work),
+            Self::Avx512 => Simd::vectorize(pulp::x86::V4::try_new().expect(MISSING), Wide(task)),
             #[cfg(target_arch = "x86_64")]
-            Self::Avx2 => Simd::vectorize(pulp::x86::V3::try_new().expect(MISSING), work),
+            Self::Avx2 => Simd::vectorize(pulp::x86::V3::try_new().expect(MISSING), Wide(task)),
             #[cfg(target_arch = "aarch64")]
-            Self::Neon => Simd::vectorize(pulp::aarch64::Neon::try_new().expect(MISSING), work),
-            Self::BASELINE => work.with(Baseline),
+            Self::Neon => Simd::vectorize(pulp::aarch64::Neon::try_new().expect(MISSING), Wide(task)),
+            Self::BASELINE => task.with(Baseline),
         }
     }
 }

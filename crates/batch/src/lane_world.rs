@@ -69,8 +69,6 @@ pub(crate) struct LaneWorld {
     shadow: Option<Box<Data>>,
     /// Frame of the tile in which the world's time was 0.
     pub began: i64,
-    /// Applied forces on the fruit \[N\], without those of the wind.
-    pub pulls: Vec<Vec3>,
     /// Time and reason at which it was stopped, and its numbers then.
     stopped: Option<(Quarantine, Remains)>,
 }
@@ -78,8 +76,6 @@ pub(crate) struct LaneWorld {
 impl LaneWorld {
     /// A world that joins its tile at a frame.
     pub fn new(index: usize, world: &TreeWorld, walk: Walk, fruit_row: Vec<usize>, frame: u32) -> Self {
-        let of_fruit = world.plant().fruit.points.iter();
-        let pulls = of_fruit.map(|point| world.data().point_force_world[point.index()]).collect();
         let rupture = world.rupture().clone();
         let shadow = (!rupture.breaks().is_empty()).then(|| Box::new(world.data().clone()));
         let (wood, stems) = (vec![Wood::default(); walk.links.len()], fruit_row.len());
@@ -98,7 +94,6 @@ impl LaneWorld {
             debris: Vec::new(),
             shadow,
             began: i64::from(frame) - i64::from(world.frame()),
-            pulls,
             stopped: None,
         }
     }

@@ -49,6 +49,8 @@ pub(crate) mod work {
     pub const D: usize = 6;
     /// Impulse on the link at its origin with the sign turned: torque, force (6). The factor takes its place.
     pub const RESISTANCE: usize = 9;
+    /// Change of the velocity of the link's tip in the latest substep: turn, shift (6); kept from `advance` to `outward` where fruit hang on stems that bend.
+    pub const CHANGE: usize = 9;
     /// U L^-T of both axes, torque and force each (12), with the pivot S^T U = L L^T.
     pub const G: usize = 9;
     /// L^-1 y (2).
@@ -95,27 +97,27 @@ pub(crate) mod fruit {
 pub(crate) mod fruit_work {
     /// Mass that the fruit adds to its link at the anchor \[kg\].
     pub const ADDED_MASS: usize = 0;
-    /// 1 / (mass + h drag + kappa) [1/kg].
+    /// 1 / (mass + h drag + kappa) [1/kg]; on stems that bend, valid in tiles with loose fruit.
     pub const INVERSE_MASS: usize = 1;
     /// From the link's tip to the anchor \[m\] (3).
     pub const R_TIP: usize = 2;
     /// Impulse on the fruit with the anchor's velocity unchanged [N s] (3).
     pub const IMPULSE: usize = 5;
-    /// Stretch of the stem spring \[m\] (3).
+    /// Stretch of the stem spring \[m\] (3); not kept on stems that bend.
     pub const STRETCH: usize = 8;
     /// Fields.
     pub const FIELDS: usize = 11;
 }
 
-/// Numbers of a stem that bends, h the substep; worlds with fruit on tethers have none. Constants first, then what detachment changes, then the state.
-/// Symbols are those of `docs/computation/batch.md`, Stems; an excess is what counts along the stem beyond what counts across it.
+/// Numbers of a stem that bends, h the substep; worlds with fruit on tethers have none. First those that every substep reads, pass by
+/// pass, then those of loads that count as wear. Symbols are those of `docs/computation/batch.md`, Stems; an excess is what counts along the stem beyond what counts across it.
 pub(crate) mod stem {
     /// Direction at rest in the link's axes (3).
     pub const REST: usize = 0;
     /// L, from the joint to the centre of the fruit \[m\].
     pub const LENGTH: usize = 3;
-    /// h J, with the rotational inertia J of the fruit [kg m^2 s].
-    pub const H_INERTIA: usize = 4;
+    /// J, the rotational inertia of the fruit [kg m^2].
+    pub const INERTIA: usize = 4;
     /// h times the bending stiffness [N m s].
     pub const H_BENDING: usize = 5;
     /// h times the twisting stiffness [N m s].
@@ -123,48 +125,44 @@ pub(crate) mod stem {
     /// a of bending, and excess of that of twist [kg m^2].
     pub const ARMATURE: usize = 7;
     pub const ARMATURE_EXCESS: usize = 8;
-    /// Twisting stiffness [N m/rad].
-    pub const TWISTING: usize = 9;
-    /// 1 over the strength against a pull along the zone's axis [1/N].
-    pub const PER_PULL: usize = 10;
-    /// 1 over the strength against a pull across it [1/N].
-    pub const PER_BEND: usize = 11;
-    /// 1 over the strength against twist [1/(N m)].
-    pub const PER_TWIST: usize = 12;
-    /// 1 over the strength of the spur [1/N].
-    pub const PER_SPUR: usize = 13;
     /// 1 over the mass and what the tether adds to it [1/kg].
-    pub const INVERSE_MASS: usize = 14;
+    pub const INVERSE_MASS: usize = 9;
     /// 1 / (P + a_b), and the excess of 1 / (J + a_t) [1/(kg m^2)].
-    pub const INVERSE: usize = 15;
-    pub const INVERSE_EXCESS: usize = 16;
-    /// P, and the excess of J [kg m^2].
-    pub const SWING: usize = 17;
-    pub const SWING_EXCESS: usize = 18;
+    pub const INVERSE: usize = 10;
+    pub const INVERSE_EXCESS: usize = 11;
     /// mu L [kg m].
-    pub const LEVER: usize = 19;
-    /// Share of the link's turn that is taken off the stem's rate: P / (P + a_b), and the excess of J / (J + a_t).
-    pub const SHARE: usize = 20;
-    pub const SHARE_EXCESS: usize = 21;
-    /// mu L / (P + a_b): share of the anchor's motion across the stem [1/m].
-    pub const SHARE_SHIFT: usize = 22;
+    pub const LEVER: usize = 12;
+    /// The stretch along the stem, and the twist, at which the load may count as wear, inverted [1/m, 1/rad]: as if the whole tension acted on what bears it
+    /// least. 0 off the stem.
+    pub const ALERT_STRETCH: usize = 13;
+    pub const ALERT_TWIST: usize = 14;
+    /// Rotation from the rest, in the link's axes (4: vector, scalar).
+    pub const Q: usize = 15;
+    /// Rate of the stem, in the link's axes [rad/s] (3).
+    pub const V: usize = 19;
     /// Inertia that the stem adds to its link: a point mass \[kg\] at a distance along the stem \[m\], mass along the stem alone \[kg\], and what is left of the rotational inertia, across
     /// the stem and its excess [kg m^2].
-    pub const MASS: usize = 23;
-    pub const REACH: usize = 24;
-    pub const MASS_ALONG: usize = 25;
-    pub const ACROSS: usize = 26;
-    pub const EXCESS: usize = 27;
+    pub const MASS: usize = 22;
+    pub const REACH: usize = 23;
+    pub const MASS_ALONG: usize = 24;
+    pub const ACROSS: usize = 25;
+    pub const EXCESS: usize = 26;
     /// Stiffness along the stem [N/m]; 0 off the stem.
-    pub const STIFFNESS: usize = 28;
+    pub const STIFFNESS: usize = 27;
+    /// Twisting stiffness [N m/rad].
+    pub const TWISTING: usize = 28;
+    /// 1 over the strength against a pull along the zone's axis [1/N].
+    pub const PER_PULL: usize = 29;
+    /// 1 over the strength against a pull across it [1/N].
+    pub const PER_BEND: usize = 30;
+    /// 1 over the strength against twist [1/(N m)].
+    pub const PER_TWIST: usize = 31;
+    /// 1 over the strength of the spur [1/N].
+    pub const PER_SPUR: usize = 32;
     /// Square of the load over the strength from which wear is counted; infinite off the stem.
-    pub const LEAST_LOAD: usize = 29;
-    /// Rotation from the rest, in the link's axes (4: vector, scalar).
-    pub const Q: usize = 30;
-    /// Rate of the stem, in the link's axes [rad/s] (3).
-    pub const V: usize = 34;
+    pub const LEAST_LOAD: usize = 33;
     /// Fields.
-    pub const FIELDS: usize = 37;
+    pub const FIELDS: usize = 34;
 }
 
 /// Intermediate numbers of a stem between the passes.
@@ -173,12 +171,39 @@ pub(crate) mod stem_work {
     pub const DIRECTION: usize = 0;
     /// Change of its rate if the link's velocity stays unchanged [rad/s] (3).
     pub const Y: usize = 3;
-    /// Square of the larger load over its strength, of zone and spur, less `stem::LEAST_LOAD`.
+    /// Square of the larger load over its strength, of zone and spur, less `stem::LEAST_LOAD`; where no world of the tile may be over it, some negative number.
     pub const OVER: usize = 6;
     /// Loads on the zone, valid where `OVER` is positive in any world: tension, its parts along and across the zone's axis \[N\], and torque about the stem [N m].
     pub const LOAD: usize = 7;
     /// Fields.
     pub const FIELDS: usize = 11;
+}
+
+/// Air at a link, h the substep; worlds in still air have none.
+pub(crate) mod air {
+    /// Half air density times drag coefficient times area, of the wood across the air and of the leaves [kg/m]; 0 on debris.
+    pub const WOOD: usize = 0;
+    pub const LEAVES: usize = 1;
+    /// `link::LINEAR_DRAG`, `link::ACROSS` and `link::ALONG` in still air.
+    pub const STILL: usize = 2;
+    pub const ACROSS: usize = 3;
+    pub const ALONG: usize = 4;
+    /// 1 over `link::H_MASS`.
+    pub const PER_H_MASS: usize = 5;
+    /// h times the force in this frame [N s] (3).
+    pub const H_FORCE: usize = 6;
+    /// Fields.
+    pub const FIELDS: usize = 9;
+}
+
+/// Air at a fruit; worlds in still air have none.
+pub(crate) mod ball {
+    /// Half air density times drag coefficient times area [kg/m]; 0 off the stem.
+    pub const DRAG: usize = 0;
+    /// Applied force without the wind's \[N\] (3).
+    pub const PULL: usize = 1;
+    /// Fields.
+    pub const FIELDS: usize = 4;
 }
 
 /// Limits of a stem; infinite off the stem.
@@ -260,7 +285,7 @@ pub(crate) mod prop {
 }
 
 /// Floats of a cache line, and of the widest vector.
-const LINE: usize = 16;
+pub(crate) const LINE: usize = 16;
 
 /// Floats that start on a cache line, so that no vector straddles two.
 #[derive(Debug)]

@@ -21,6 +21,7 @@
 //! ```
 
 mod batch;
+mod breeze;
 mod fault;
 mod ground;
 mod isa;

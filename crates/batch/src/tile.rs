@@ -10,10 +10,11 @@ use crate::fault::Status;
 use crate::isa::Isa;
 use crate::kernel::{Found, Numbers, Phase, Step, Work};
 use crate::lane_world::LaneWorld;
-use crate::layout::{fruit, limit, link, work};
+use crate::layout::{Aligned, fruit, limit, link, work};
 use crate::schedule::{Schedule, Walk};
 use crate::tree_world::{TreeEvent, TreeWorld};
 use orchard_geometry::Vec3;
+use wind::LaneAir;
 
 /// Event of a world of a batch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -42,8 +43,10 @@ pub(crate) struct Tile {
     worlds: Vec<LaneWorld>,
     /// External force and torque about the centre of mass, by link.
     pushes: Vec<Push>,
-    /// Force of the wind on links in this frame.
-    gusts: Vec<Push>,
+    /// Air of each world; empty in still air.
+    airs: Vec<Option<LaneAir>>,
+    /// Memory for the air.
+    scratch: Aligned,
     /// True if an input has changed since the last outward pass.
     is_stale: bool,
     step: Step,
@@ -87,13 +90,19 @@ impl Tile {
             is_counting: false,
             worlds: Vec::new(),
             pushes: Vec::new(),
-            gusts: Vec::new(),
+            airs: Vec::new(),
+            scratch: Aligned::zeros(0),
             is_stale: true,
-            step: Step { h: spec.sim.substep() as f32, gravity: spec.sim.gravity.si() as f32 },
+            step: Step {
+                h: spec.sim.substep() as f32,
+                gravity: spec.sim.gravity.si() as f32,
+                has_loose: false,
+            },
             substeps: spec.sim.substeps.get(),
             frame: 0,
             events: Vec::new(),
         };
+        tile.expect_wind(worlds, &walks);
         (0..lanes).for_each(|lane| tile.pad(lane));
         for (lane, ((&(index, world), walk), fruit_at)) in worlds.iter().zip(walks).zip(fruit_at).enumerate()
         {
@@ -147,9 +156,8 @@ impl Tile {
             return;
         }
         let row = self.worlds[lane].fruit_row[fruit_index];
-        self.worlds[lane].pulls[fruit_index] = force_world;
         for k in 0..3 {
-            *self.fruit_mut(row, fruit::FORCE + k, lane) = force_world[k] as f32;
+            *self.pull_mut(row, k, lane) = force_world[k] as f32;
         }
         self.is_stale = true;
     }
@@ -157,22 +165,26 @@ impl Tile {
     /// Advances all worlds by whole frames.
     pub fn run(&mut self, frames: u32) {
         for _ in 0..frames {
-            self.blow();
-            for _ in 0..self.substeps {
+            for left in (0..self.substeps).rev() {
                 if self.is_stale {
-                    self.work(Phase::Start);
+                    self.sample_air(self.frame);
+                    self.work(Phase::Start, true);
                     self.push_links();
                 }
                 self.meet_ground();
                 self.brake();
-                let found = self.work(Phase::Advance);
+                let is_last = left == 0;
+                if is_last {
+                    self.sample_air(self.frame + 1);
+                }
+                let found = self.work(Phase::Advance, is_last);
                 self.push_links();
                 if found.over_limit {
                     self.wear_stems();
                 }
             }
             self.frame += 1;
-            let found = self.work(Phase::Test);
+            let found = self.work(Phase::Test, false);
             if found.non_finite || self.worlds.iter().any(|world| world.bad_spin().is_some()) {
                 self.quarantine();
             }
@@ -185,15 +197,16 @@ impl Tile {
         }
     }
 
-    fn work(&mut self, phase: Phase) -> Found {
-        self.isa.run(Work { numbers: &mut self.numbers, step: self.step, phase })
+    fn work(&mut self, phase: Phase, blows: bool) -> Found {
+        self.step.has_loose = self.worlds.iter().any(|world| !world.loose.is_empty());
+        self.isa.run(Work { numbers: &mut self.numbers, step: self.step, phase, blows })
     }
 
     /// Adds the pushes to the impulses of a new state.
     fn push_links(&mut self) {
         self.is_stale = false;
         let (lanes, h) = (self.lanes, f64::from(self.step.h));
-        for push in self.pushes.iter().chain(&self.gusts) {
+        for push in &self.pushes {
             let work = self.numbers.work.as_mut_slice();
             let at = |field: usize| (push.row * work::FIELDS + field) * lanes + push.lane;
             let r_com = 0.5 * Vec3::from_fn(|k, _| f64::from(work[at(work::D + k)]));
@@ -213,7 +226,8 @@ impl Tile {
     /// Bytes of the tile's numbers.
     pub fn bytes(&self) -> usize {
         let counts = self.bend_frames.len() + self.stretch_frames.len() + self.pull_frames.len();
-        self.numbers.bytes() + size_of::<u32>() * counts
+        let of_airs: usize = self.airs.iter().flatten().map(LaneAir::bytes).sum();
+        self.numbers.bytes() + size_of::<u32>() * counts + of_airs
     }
 
     /// A number of a lane's world, quarantined or not.

@@ -159,9 +159,9 @@ impl FruitSet {
         self.stems.as_ref().map_or([0.0; 2], |stems| stems.damping[fruit])
     }
 
-    /// Point body and radius \[m\] of each fruit.
-    pub fn balls(&self) -> impl Iterator<Item = (PointId, f64)> {
-        self.points.iter().copied().zip(self.fruit.iter().map(|fruit| fruit.radius))
+    /// Point body, segment and radius \[m\] of each fruit.
+    pub fn balls(&self) -> impl Iterator<Item = (PointId, usize, f64)> {
+        self.points.iter().zip(&self.fruit).map(|(point, fruit)| (*point, fruit.segment, fruit.radius))
     }
 
     /// Number of fruit.

@@ -145,6 +145,9 @@ impl Memory {
             blocks: Vec::new(),
         };
         memory.rules.pushes_each = pushes_each as u32;
+        let weathers = given.iter().filter_map(|world| world.plant().weather.as_ref());
+        let places = weathers.map(|weather| weather.sail().places().p_world().len()).max().unwrap_or(0);
+        memory.rules.fours = places.div_ceil(QUAD) as u32;
         let first = given.first().map(|world| &world.plant().tree.parent);
         let has_one_topology = given.iter().all(|world| Some(&world.plant().tree.parent) == first);
         let spread = if has_one_topology { 1 } else { tiles };
@@ -240,7 +243,7 @@ impl Memory {
             let at = self.world_at(number, field, lane);
             self.worlds[at] = f32::from_bits(count as u32);
         }
-        self.load_wind(given, number, lane, &place.rows);
+        self.load_wind(given, number, lane, &place);
         for (segment, id) in tree.bodies.iter().enumerate() {
             let (force, torque) = (data.body_force_world[id.index()], data.body_torque_world[id.index()]);
             if force != Vec3::zeros() || torque != Vec3::zeros() {

@@ -3,7 +3,6 @@
 use bytemuck::{Pod, Zeroable};
 use orchard_batch::Plant;
 use orchard_fruit::least_load;
-use orchard_geometry::math;
 use orchard_multibody::contact::in_series;
 
 /// Constants of a step. `kernels/memory.wgsl` has the same fields in the same order.
@@ -78,22 +77,14 @@ pub(crate) struct Rules {
     pub stem_exponent: f32,
     /// Square of the load over the strength from which wear is counted.
     pub stem_least_load: f32,
-    /// Number of waves of a world's gusts; 0 in still air, as the next eight.
+    /// Number of waves of a world's gusts; 0 in still air, as the next four.
     pub waves: u32,
+    /// Largest number of places at which a world samples the air, over four.
+    pub fours: u32,
     /// Mean velocity of the air at the height of the canopy [m/s], along x.
     pub wind_x: f32,
     /// Along y.
     pub wind_y: f32,
-    /// Height of the canopy [m].
-    pub canopy: f32,
-    /// Attenuation of the mean speed in the canopy.
-    pub attenuation: f32,
-    /// Displacement height above it, over its height.
-    pub displacement: f32,
-    /// Roughness length above it, over its height.
-    pub roughness: f32,
-    /// 1 over the logarithm of the profile at the height of the canopy.
-    pub profile: f32,
     /// Speed above which leaves fold [m/s].
     pub folding_speed: f32,
 }
@@ -162,14 +153,9 @@ impl Rules {
             rules.stem_least_load = (least * least) as f32;
         }
         if let (Some(spec), Some(weather)) = (&plant.spec.wind, &plant.weather) {
-            let (displacement, roughness) = (spec.displacement.si(), spec.roughness.si());
             let mean = weather.wind().mean();
             rules.waves = weather.wind().waves().count() as u32;
             (rules.wind_x, rules.wind_y) = (mean.x as f32, mean.y as f32);
-            rules.canopy = spec.canopy_height.si() as f32;
-            rules.attenuation = spec.attenuation.si() as f32;
-            (rules.displacement, rules.roughness) = (displacement as f32, roughness as f32);
-            rules.profile = (1.0 / math::ln((1.0 - displacement) / roughness)) as f32;
             rules.folding_speed = spec.folding_speed.si() as f32;
         }
         rules

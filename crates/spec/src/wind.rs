@@ -25,6 +25,8 @@ pub struct WindSpec {
     pub length: Quantity,
     /// Number of wave numbers of the gusts; each has six Fourier modes.
     pub wave_numbers: Count,
+    /// Distance along which wood and fruit feel the air of one place.
+    pub spacing: Quantity,
     /// Drag coefficient of wood, a cylinder across the wind.
     pub wood_drag: Quantity,
     /// Drag coefficient of leaves, by their area, while they stand still.

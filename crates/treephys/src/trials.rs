@@ -180,8 +180,8 @@ pub fn response_in_wind(
     for segment in &mut lifted.segments {
         segment.p_base_world.z += spec.canopy_height.si();
     }
+    let sail = Sail::new(spec, &lifted, wood, AIR_DENSITY);
     let mut trial = Trial::new(lifted, wood, sim)?;
-    let sail = Sail::new(spec, limb, wood, AIR_DENSITY);
     let mut rupture = Rupture::new(&trial.tree);
     let frames = (SECONDS / sim.frame()).round() as usize;
     let mut heights = Vec::with_capacity(frames);

@@ -19,6 +19,9 @@ const HALVINGS: usize = 50;
 /// Modes of one wave vector.
 const MODES_OF_A_WAVE: usize = 2;
 
+/// Units of a turn in [`Wave::turns_back`].
+const UNITS_OF_TURN: f64 = 4_294_967_296.0;
+
 /// One Fourier mode of the gusts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Mode {
@@ -38,6 +41,20 @@ pub struct Wave {
     pub cosine: Vec3,
     /// Amplitude of the sine [m/s].
     pub sine: Vec3,
+}
+
+impl Wave {
+    /// Phase at a place at time 0, in turns between -1/2 and 1/2: a short wave has thousands of turns along a tree, too many for f32.
+    pub fn turns_at(&self, p_world: &Vec3) -> f64 {
+        let turns = self.wave.dot(p_world) / TAU;
+        turns - turns.round()
+    }
+
+    /// Turns by which a mean velocity [m/s] takes the phase back in a time \[s\], times 2^32 and without whole turns: multiples of it wrap around exactly.
+    pub fn turns_back(&self, mean: &Vec3, time: f64) -> u32 {
+        let turns = self.wave.dot(mean) * time / TAU;
+        ((turns - turns.floor()) * UNITS_OF_TURN).round() as u64 as u32
+    }
 }
 
 /// Wind of one world: a function of place and time, without state.
@@ -183,9 +200,45 @@ fn random_frame(stream: &mut Stream) -> [Vec3; 3] {
     [Vec3::x(), Vec3::y(), Vec3::z()].map(|axis| turn * axis)
 }
 
+/// Places at which a tree samples the air, at rest and unloaded: gusts do not follow the sway of the wood.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Places {
+    p_world: Vec<Vec3>,
+    of_segment: Vec<usize>,
+}
+
+impl Places {
+    /// Centres of segments. A segment shares the place of its parent up to a distance \[m\] from there; beyond, its own centre is a place.
+    pub fn new(skeleton: &Skeleton, spacing: f64) -> Self {
+        let mut places =
+            Self { p_world: Vec::new(), of_segment: Vec::with_capacity(skeleton.segments.len()) };
+        for segment in &skeleton.segments {
+            let p_world = segment.p_base_world + segment.heading() * (0.5 * segment.length);
+            let of_parent = segment.parent.map(|parent| places.of_segment[parent]);
+            let shared = of_parent.filter(|&place| (places.p_world[place] - p_world).norm() <= spacing);
+            places.of_segment.push(shared.unwrap_or(places.p_world.len()));
+            if shared.is_none() {
+                places.p_world.push(p_world);
+            }
+        }
+        places
+    }
+
+    /// The places \[m\].
+    pub fn p_world(&self) -> &[Vec3] {
+        &self.p_world
+    }
+
+    /// Index of the place of a segment and of the fruit that it bears.
+    pub fn of_segment(&self, segment: usize) -> usize {
+        self.of_segment[segment]
+    }
+}
+
 /// The parts of a tree on which the wind pulls.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sail {
+    places: Places,
     /// Half air density times drag coefficient times area of each segment's wood across the wind [kg/m].
     wood: Vec<f64>,
     /// Half air density times drag coefficient times area of its leaves [kg/m].
@@ -205,11 +258,27 @@ impl Sail {
             leaves[leaf.segment] += half * spec.leaf_drag.si() * leaf.area();
         }
         Self {
+            places: Places::new(skeleton, spec.spacing.si()),
             wood: skeleton.segments.iter().map(|s| of_wood(s.radius, s.length)).collect(),
             leaves,
             folding_speed: spec.folding_speed.si(),
             still_drag: wood.linear_drag.si(),
         }
+    }
+
+    /// Where the tree samples the air.
+    pub fn places(&self) -> &Places {
+        &self.places
+    }
+
+    /// Drag of the links in still air [1/s].
+    pub fn still_drag(&self) -> f64 {
+        self.still_drag
+    }
+
+    /// Velocity of the air at each place at a time [m/s], world.
+    fn air(&self, wind: &Wind, time: f64) -> Vec<Vec3> {
+        self.places.p_world.iter().map(|p_world| wind.velocity(p_world, time)).collect()
     }
 
     /// Half air density times drag coefficient times area, of a segment's wood across the wind and of its leaves [kg/m].
@@ -232,7 +301,7 @@ impl Sail {
         self.leaves[segment] * speed.min(self.folding_speed)
     }
 
-    /// Sets the force of the air on every link of the tree, until set again. Wood feels the velocity w across it, `b |w| w`; leaves the whole,
+    /// Sets the force of the air at a time \[s\] on every link of the tree, until set again. Wood feels the velocity w across it, `b |w| w`; leaves the whole,
     /// `b min(|w|, folding speed) w`: quadratic, then linear as they fold. Speeds are those of now, and the link's own part of w is taken
     /// implicitly, as a drag of the link, so that light twigs with many leaves stay stable. Broken sub-trees feel still air.
     pub fn blow(
@@ -244,13 +313,18 @@ impl Sail {
         data: &mut Data,
         time: f64,
     ) {
+        self.press(&self.air(wind, time), tree, rupture, model, data);
+    }
+
+    /// As [`Self::blow`], with the air at each place.
+    fn press(&self, air: &[Vec3], tree: &TreeBody, rupture: &Rupture, model: &Model, data: &mut Data) {
         for (i, &body) in tree.bodies.iter().enumerate() {
             if rupture.is_debris(i) {
                 continue;
             }
             let p_world = data.com_p_world(body);
             let v = data.point_velocity_world(body, &p_world);
-            let w = wind.velocity(&p_world, time) - v;
+            let w = air[self.places.of_segment[i]] - v;
             let along = data.x_world_body(body).rotation * Vec3::z();
             let across = w - along * w.dot(&along);
             let of_wood = self.wood[i] * across.norm();
@@ -261,11 +335,6 @@ impl Sail {
             data.linear_drag[body.index()] = self.still_drag + (of_wood + of_leaves) / mass;
         }
     }
-}
-
-/// Force of the wind on a ball of a radius \[m\] at a place \[N\]: `rho/2 c pi r^2 |w| w` with the velocity w of the air past it.
-pub fn force_on_ball(w: &Vec3, radius: f64, drag_coefficient: f64, air_density: f64) -> Vec3 {
-    w * (0.5 * air_density * drag_coefficient * PI * radius * radius * w.norm())
 }
 
 /// The wind of a world, and what it takes hold of.
@@ -297,23 +366,29 @@ impl Weather {
         &self.sail
     }
 
-    /// Sets the forces of the air on wood and on fruit on its stem for a frame that begins at a time \[s\]; `fruit` has the point body and radius \[m\] of each.
-    /// Fruit off its stem feels still air.
+    /// Half air density times drag coefficient times the area across the wind of a ball of a radius \[m\] [kg/m].
+    pub fn of_ball(&self, radius: f64) -> f64 {
+        0.5 * self.air_density * self.drag_coefficient * PI * radius * radius
+    }
+
+    /// Sets the forces of the air on wood and on fruit on its stem for a frame that begins at a time \[s\]; `fruit` has the point body, segment and radius
+    /// \[m\] of each. Fruit off its stem feels still air.
     pub fn blow(
         &self,
         tree: &TreeBody,
-        fruit: impl Iterator<Item = (PointId, f64)>,
+        fruit: impl Iterator<Item = (PointId, usize, f64)>,
         rupture: &Rupture,
         model: &Model,
         data: &mut Data,
         time: f64,
     ) {
-        self.sail.blow(&self.wind, tree, rupture, model, data, time);
-        for (point, radius) in fruit {
+        let air = self.sail.air(&self.wind, time);
+        self.sail.press(&air, tree, rupture, model, data);
+        for (point, segment, radius) in fruit {
             let i = point.index();
             data.point_force_world[i] = if data.tethered[i] {
-                let w = self.wind.velocity(&data.point_p_world[i], time) - data.point_v_world[i];
-                force_on_ball(&w, radius, self.drag_coefficient, self.air_density)
+                let w = air[self.sail.places.of_segment[segment]] - data.point_v_world[i];
+                w * (self.of_ball(radius) * w.norm())
             } else {
                 Vec3::zeros()
             };

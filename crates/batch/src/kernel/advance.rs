@@ -2,18 +2,17 @@
 
 use super::instructions::Instructions;
 use super::lane::{Lane, Lane3, axpy, cross_add, dot, load3, store3};
-use super::{Step, View, gather, stem};
+use super::{Step, View, gather};
 use crate::layout::{change, fruit, fruit_work, link, tip_motion, work};
 use crate::schedule::NO_SLOT;
 
 #[inline(always)]
 pub(super) fn run<S: Instructions, const STEMS: bool>(simd: S, view: &mut View<S>, step: Step) {
     let View { rows, sources, masks, links, work, fruit, fruit_work, changes, tip_motion, .. } = view;
-    let (stems, stem_work) = (&mut view.stems, &view.stem_work);
     // Two slots beyond those of the schedule.
     let Some((scratch, changes)) = changes.split_last_mut() else { return };
     let childless = changes.len() - 1;
-    for (k, ((row, link), work)) in rows.iter().zip(links.iter_mut()).zip(work.iter()).enumerate() {
+    for (k, ((row, link), work)) in rows.iter().zip(links.iter_mut()).zip(work.iter_mut()).enumerate() {
         let (first, count) = row.sources;
         if count > 1 {
             gather(simd, &sources[first..first + count], &masks[first..first + count], changes, scratch);
@@ -26,12 +25,11 @@ pub(super) fn run<S: Instructions, const STEMS: bool>(simd: S, view: &mut View<S
         if let Some(motion) = tip_motion.get_mut(k) {
             motion[tip_motion::LIFT] = moved.shift[2].value;
         }
-        if STEMS && row.fruit.0 < row.fruit.1 {
-            let axes = stem::axes_of(simd, link, work);
-            for k in row.fruit.0..row.fruit.1 {
-                let (left, kept) = (&fruit_work[k], &stem_work[k]);
-                let change = (moved.turn, moved.shift);
-                stem::advance(simd, &mut fruit[k], &mut stems[k], left, kept, &axes, change, step);
+        if STEMS {
+            // Their state is for the next pass, which reads it anyway.
+            if row.fruit.0 < row.fruit.1 {
+                store3::<S>(&mut work[work::CHANGE..], moved.turn);
+                store3::<S>(&mut work[work::CHANGE + 3..], moved.shift);
             }
         } else {
             for k in row.fruit.0..row.fruit.1 {

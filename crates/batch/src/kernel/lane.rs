@@ -57,6 +57,13 @@ impl<S: Instructions> Lane<S> {
         Self { simd: self.simd, value }
     }
 
+    /// To memory.
+    #[inline(always)]
+    pub fn store(self, to: &mut S::Vector) -> Self {
+        *to = self.value;
+        self
+    }
+
     /// `self * b + c`, with one rounding where the processor has such an instruction.
     #[inline(always)]
     pub fn mul_add(self, b: Self, c: Self) -> Self {

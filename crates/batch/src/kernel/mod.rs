@@ -5,6 +5,7 @@
 //! `orchard_multibody`, for universal joints, links that are symmetric about their own axis, and fruit on stems.
 
 mod advance;
+mod gusts;
 mod inertia;
 mod instructions;
 mod inward;
@@ -13,15 +14,17 @@ mod limits;
 mod motion;
 mod outward;
 mod stem;
+mod wind;
 
 use crate::layout::{
-    Aligned, change, fruit, fruit_work, limit, link, load, prop, stem as stem_fields, stem_work, tip,
-    tip_motion, work,
+    Aligned, LINE, air, ball, change, fruit, fruit_work, limit, link, load, prop, stem as stem_fields,
+    stem_work, tip, tip_motion, work,
 };
 use crate::schedule::{Row, Schedule, Source};
+pub(crate) use gusts::{Gusts, WAVE_STEPS, WaveNumbers};
 pub(crate) use instructions::{Baseline, Instructions};
 use lane::{Lane, lanes_of};
-use pulp::{Simd, WithSimd, bytemuck};
+use pulp::bytemuck;
 
 /// Numbers of a substep.
 #[derive(Debug, Clone, Copy)]
@@ -30,6 +33,8 @@ pub(crate) struct Step {
     pub h: f32,
     /// Magnitude of gravity along -z [m/s^2].
     pub gravity: f32,
+    /// True if a fruit of the tile may be off its stem.
+    pub has_loose: bool,
 }
 
 /// Part of a substep.
@@ -79,6 +84,59 @@ pub(crate) struct Numbers {
     pub tip_motion: Aligned,
     /// By row; empty until a limb breaks.
     pub props: Aligned,
+    /// `None` in still air.
+    pub air: Option<Air>,
+}
+
+/// The numbers of a tile in wind.
+#[derive(Debug, Clone)]
+pub(crate) struct Air {
+    /// By row.
+    pub links: Aligned,
+    /// By row of fruit.
+    pub balls: Aligned,
+    /// Sample of each row in which the link of a world is the first of its place.
+    pub sample_of_row: Vec<Option<usize>>,
+    /// Velocity of the air [m/s], by sample.
+    pub samples: Aligned,
+    /// Lanes of each sample, as bits.
+    pub masks: Aligned,
+    /// Velocity of the air at the links of a slot, and scratch, like `Numbers::tips`.
+    pub slots: Aligned,
+    /// Speed from which leaves fold [m/s], by lane.
+    pub folding_speed: Aligned,
+}
+
+impl Air {
+    /// Air for some rows of the samples of each lane: `starts[lane]` lists the rows of the first links of its places.
+    pub fn new(schedule: &Schedule, lanes: usize, starts: &[Vec<usize>]) -> Self {
+        let rows = schedule.rows.len();
+        let mut sample_of_row = vec![None; rows];
+        for row in starts.iter().flatten() {
+            sample_of_row[*row] = Some(0);
+        }
+        let samples = sample_of_row.iter_mut().flatten().enumerate();
+        let count = samples.map(|(number, sample)| *sample = number).count();
+        let mut masks = Aligned::zeros(count * lanes);
+        for (lane, rows) in starts.iter().enumerate() {
+            for sample in rows.iter().filter_map(|row| sample_of_row[*row]) {
+                masks.as_mut_slice()[sample * lanes + lane] = f32::from_bits(u32::MAX);
+            }
+        }
+        Self {
+            links: Aligned::zeros(rows * air::FIELDS * lanes),
+            balls: Aligned::zeros(schedule.fruit_rows() * ball::FIELDS * lanes),
+            sample_of_row,
+            samples: Aligned::zeros(count * 3 * lanes),
+            masks,
+            slots: Aligned::zeros((schedule.slots + 2) * 3 * lanes),
+            folding_speed: Aligned::zeros(lanes),
+        }
+    }
+
+    fn parts(&self) -> [&Aligned; 6] {
+        [&self.links, &self.balls, &self.samples, &self.masks, &self.slots, &self.folding_speed]
+    }
 }
 
 impl Numbers {
@@ -110,6 +168,7 @@ impl Numbers {
             masks,
             tip_motion: Aligned::zeros(0),
             props: Aligned::zeros(0),
+            air: None,
             schedule,
         }
     }
@@ -141,7 +200,8 @@ impl Numbers {
             &self.tip_motion,
             &self.props,
         ];
-        size_of::<f32>() * all.into_iter().map(|part| part.as_slice().len()).sum::<usize>()
+        let of_air = self.air.iter().flat_map(Air::parts);
+        size_of::<f32>() * all.into_iter().chain(of_air).map(|part| part.as_slice().len()).sum::<usize>()
     }
 }
 
@@ -150,27 +210,37 @@ pub(crate) struct Work<'a> {
     pub numbers: &'a mut Numbers,
     pub step: Step,
     pub phase: Phase,
+    /// True if the new state is that at the start of a frame: the air then acts anew.
+    pub blows: bool,
 }
 
-impl WithSimd for Work<'_> {
+/// Work to be compiled for each set of instructions.
+pub(crate) trait Task {
+    type Output;
+
+    /// Does it.
+    fn with<S: Instructions>(self, simd: S) -> Self::Output;
+}
+
+/// A local variable that starts on a cache line: with one, all that a function keeps on its stack is aligned for the widest vectors. Without it
+/// each register on the stack straddles two lines, and one of them two pages, which costs more than a fruit.
+#[derive(Default)]
+#[repr(align(64))]
+struct OnLine([u32; LINE]);
+
+impl Task for Work<'_> {
     type Output = Found;
 
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Found {
-        self.with(simd)
-    }
-}
-
-impl Work<'_> {
     /// Runs the phase.
     #[inline(always)]
-    pub fn with<S: Instructions>(self, simd: S) -> Found {
+    fn with<S: Instructions>(self, simd: S) -> Found {
+        std::hint::black_box(&mut OnLine::default().0);
         let has_stems = !self.numbers.stems.as_slice().is_empty();
         let mut view = View::new(self.numbers);
         match (self.phase, has_stems) {
             (Phase::Test, _) => limits::find(simd, &view),
-            (phase, false) => passes::<S, false>(simd, &mut view, phase, self.step),
-            (phase, true) => passes::<S, true>(simd, &mut view, phase, self.step),
+            (phase, false) => passes::<S, false>(simd, &mut view, phase, self.step, self.blows),
+            (phase, true) => passes::<S, true>(simd, &mut view, phase, self.step, self.blows),
         }
     }
 }
@@ -182,12 +252,14 @@ fn passes<S: Instructions, const STEMS: bool>(
     view: &mut View<S>,
     phase: Phase,
     step: Step,
+    blows: bool,
 ) -> Found {
     if phase == Phase::Advance {
         inward::run::<S, STEMS>(simd, view);
         advance::run::<S, STEMS>(simd, view, step);
     }
-    Found { over_limit: outward::run::<S, STEMS>(simd, view, step), non_finite: false }
+    let is = outward::Moment { after_advance: phase == Phase::Advance, start_of_frame: blows };
+    Found { over_limit: outward::run::<S, STEMS>(simd, view, step, is), non_finite: false }
 }
 
 /// The numbers of a tile as vectors.
@@ -208,6 +280,7 @@ struct View<'a, S: Instructions> {
     loads: &'a mut [[S::Vector; load::FIELDS]],
     tip_motion: &'a mut [[S::Vector; tip_motion::FIELDS]],
     props: &'a mut [[S::Vector; prop::FIELDS]],
+    air: Option<wind::View<'a, S>>,
 }
 
 impl<'a, S: Instructions> View<'a, S> {
@@ -230,6 +303,7 @@ impl<'a, S: Instructions> View<'a, S> {
             loads: rows::<S, _>(numbers.loads.as_mut_slice()),
             tip_motion: rows::<S, _>(numbers.tip_motion.as_mut_slice()),
             props: rows::<S, _>(numbers.props.as_mut_slice()),
+            air: numbers.air.as_mut().map(wind::View::new),
         }
     }
 }
@@ -284,4 +358,14 @@ fn merge<S: Instructions, const N: usize, const K: usize>(
         }
         *to = merged.value;
     }
+}
+
+/// A polynomial, the coefficient of the highest power first.
+#[inline(always)]
+fn polynomial<S: Instructions>(simd: S, coefficients: &[f32; 5], x: Lane<S>) -> Lane<S> {
+    let mut sum = Lane::splat(simd, coefficients[0]);
+    for c in &coefficients[1..] {
+        sum = sum.mul_add(x, Lane::splat(simd, *c));
+    }
+    sum
 }

@@ -16,4 +16,6 @@ pub(super) struct Here<S: Instructions> {
     pub d: Lane3<S>,
     pub v_d: Lane3<S>,
     pub b_d: Lane3<S>,
+    /// Velocity of the end of the link's axis.
+    pub w_cross_z: Lane3<S>,
 }

@@ -4,11 +4,11 @@
 //! Whatever a stem does is symmetric about its direction e: a part across it and one along it. So e is all that is needed of its axes. Its rotation and
 //! rate are kept in the axes of the link that bears it, where a turn about the rate itself leaves the rate as it is.
 
-use super::Step;
 use super::inertia::{ENTRIES, add_point_mass};
 use super::instructions::Instructions;
 use super::lane::{Lane, Lane3, add, atan2, axmy, axpy, cross, cross_add, dot, load3, scale, store3, sub};
 use super::motion::Here;
+use super::{Step, polynomial};
 use crate::layout::{fruit, fruit_work, link, load, stem, stem_work, work};
 
 /// Coefficients of cos and of sin(x)/x by the square of x: exact in f32 up to 1 rad, which is half of a turn by 2 rad in a substep.
@@ -21,15 +21,6 @@ const SQUARE_TAN_22: f32 = 0.171_572_88;
 const DOUBLED_OVER: f32 = 1e-6;
 /// Keeps a quotient of zeros from being no number.
 const TINY: f32 = 1e-30;
-
-#[inline(always)]
-fn polynomial<S: Instructions>(simd: S, coefficients: &[f32; 5], x: Lane<S>) -> Lane<S> {
-    let mut sum = Lane::splat(simd, coefficients[0]);
-    for c in &coefficients[1..] {
-        sum = sum.mul_add(x, Lane::splat(simd, *c));
-    }
-    sum
-}
 
 /// A vector given in some axes.
 #[inline(always)]
@@ -123,23 +114,25 @@ pub(super) fn outward<S: Instructions>(
     impulse[2] = impulse[2] - number(fruit::H_WEIGHT);
     let mut inverse_mass = of_stem(stem::INVERSE_MASS);
     // Only fruit off their stems have air drag.
-    let air_drag = number(fruit::AIR_DRAG);
-    if air_drag.any_above(zero) {
+    if step.has_loose {
+        let air_drag = number(fruit::AIR_DRAG);
         let drag = h * (air_drag * dot(u, u).sqrt());
         impulse = axmy(drag, u, impulse);
         let slowed = one / (drag + (number(fruit::MASS) + kappa));
         inverse_mass = air_drag.if_above(zero, slowed, inverse_mass);
+        left[fruit_work::INVERSE_MASS] = inverse_mass.value;
     }
     let reaction = axpy(kappa * inverse_mass, impulse, pull);
 
     // Impulse on the stem about its joint, and the change of its rate.
-    let n = axmy(of_stem(stem::H_INERTIA), b_w, cross(arm, reaction));
+    let Inertia { own, lever_length, swing } = Inertia::new(simd, stem);
+    let n = axmy(h * own, b_w, cross(arm, reaction));
     let damped = about(of_stem(stem::ARMATURE), of_stem(stem::ARMATURE_EXCESS), e, rate);
     let y = sub(sub(n, spring), damped);
     let y = about(of_stem(stem::INVERSE), of_stem(stem::INVERSE_EXCESS), e, y);
 
     // What the link bears at the anchor: impulse here, inertia in the inward pass.
-    let torque = sub(n, about(of_stem(stem::SWING), of_stem(stem::SWING_EXCESS), e, y));
+    let torque = sub(n, about(swing, -lever_length, e, y));
     let force = axmy(of_stem(stem::LEVER), cross(y, e), reaction);
     let (resists_n, resists_f) =
         (load3(simd, &work[work::RESISTANCE..]), load3(simd, &work[work::RESISTANCE + 3..]));
@@ -147,14 +140,33 @@ pub(super) fn outward<S: Instructions>(
     store3::<S>(&mut work[work::RESISTANCE + 3..], sub(resists_f, force));
     store3::<S>(&mut kept[stem_work::DIRECTION..], e);
     store3::<S>(&mut kept[stem_work::Y..], y);
-    left[fruit_work::INVERSE_MASS] = inverse_mass.value;
     store3::<S>(&mut left[fruit_work::R_TIP..], sub(r, here.d));
     store3::<S>(&mut left[fruit_work::IMPULSE..], impulse);
-    store3::<S>(&mut left[fruit_work::STRETCH..], stretch);
 
-    // Load on the zone at the spur. A stem that is pushed has no tension; past a right angle all of it is across.
-    let tension = of_stem(stem::STIFFNESS) * dot(stretch, e);
-    let tension = tension.if_above(zero, tension, zero);
+    // A stem that is pushed has no tension.
+    let taut = dot(stretch, e);
+    let taut = taut.if_above(zero, taut, zero);
+    let (stretched, twisted) = (of_stem(stem::ALERT_STRETCH) * taut, of_stem(stem::ALERT_TWIST) * rod.twist);
+    let over = stretched.mul_add(stretched, twisted * twisted) - one;
+    if over.any_above(zero) {
+        bear(simd, stem, kept, &rod, taut)
+    } else {
+        over.store(&mut kept[stem_work::OVER])
+    }
+}
+
+/// Load on the zone at the spur and on the spur; past a right angle all of the tension is across. Returns by how much it is over that from which wear counts.
+#[inline(always)]
+fn bear<S: Instructions>(
+    simd: S,
+    stem: &[S::Vector; stem::FIELDS],
+    kept: &mut [S::Vector; stem_work::FIELDS],
+    rod: &Deflection<S>,
+    taut: Lane<S>,
+) -> Lane<S> {
+    let of_stem = |field: usize| Lane::load(simd, stem[field]);
+    let (zero, one) = (Lane::splat(simd, 0.0), Lane::splat(simd, 1.0));
+    let tension = of_stem(stem::STIFFNESS) * taut;
     let along = rod.cosine.if_above(zero, tension * rod.cosine, zero);
     let across = rod.cosine.if_above(zero, rod.square_sine, one);
     let torque = of_stem(stem::TWISTING) * rod.twist.abs();
@@ -163,14 +175,31 @@ pub(super) fn outward<S: Instructions>(
     let zone = pulled.mul_add(pulled, twisted.mul_add(twisted, across * (bent * bent)));
     let spur = torn * torn;
     let over = zone.if_above(spur, zone, spur) - of_stem(stem::LEAST_LOAD);
-    kept[stem_work::OVER] = over.value;
-    if over.any_above(zero) {
-        let loads = [tension, along, tension * across.sqrt(), torque];
-        for (k, load) in loads.into_iter().enumerate() {
-            kept[stem_work::LOAD + k] = load.value;
-        }
+    let loads = [tension, along, tension * across.sqrt(), torque];
+    for (k, load) in loads.into_iter().enumerate() {
+        kept[stem_work::LOAD + k] = load.value;
     }
+    kept[stem_work::OVER] = over.value;
     over
+}
+
+/// Rotational inertias about the joint of a stem that follow from others.
+struct Inertia<S: Instructions> {
+    /// J.
+    own: Lane<S>,
+    /// mu L^2, and P.
+    lever_length: Lane<S>,
+    swing: Lane<S>,
+}
+
+impl<S: Instructions> Inertia<S> {
+    #[inline(always)]
+    fn new(simd: S, stem: &[S::Vector; stem::FIELDS]) -> Self {
+        let [own, lever, length] =
+            [stem::INERTIA, stem::LEVER, stem::LENGTH].map(|field| Lane::load(simd, stem[field]));
+        let lever_length = lever * length;
+        Self { own, lever_length, swing: own + lever_length }
+    }
 }
 
 /// Adds a stem's inertia, with the anchor at `r` from the tip of the link.
@@ -204,44 +233,59 @@ pub(super) fn inward<S: Instructions>(
     }
 }
 
-/// Axes of a link before it moves.
-#[inline(always)]
-pub(super) fn axes_of<S: Instructions>(
-    simd: S,
-    link: &[S::Vector; link::FIELDS],
-    work: &[S::Vector; work::FIELDS],
-) -> [Lane3<S>; 3] {
-    let length = Lane::load(simd, link[link::LENGTH]) + Lane::splat(simd, TINY);
-    let z = scale(Lane::splat(simd, 1.0) / length, load3(simd, &work[work::D..]));
-    let y = load3(simd, &work[work::AXES + 3..]);
-    [cross(y, z), y, z]
+/// Motion of a link in a substep, as its stems need it.
+pub(super) struct Before<S: Instructions> {
+    /// Axes before it.
+    axes: [Lane3<S>; 3],
+    /// Changes of its velocity, at the tip.
+    turn: Lane3<S>,
+    shift: Lane3<S>,
 }
 
-/// The new state of a stem and its fruit; `turn` and `shift` are the changes of velocity of its link, at the tip, `axes` its axes before.
+impl<S: Instructions> Before<S> {
+    /// Of a link whose new kinematics are not yet in `work`.
+    #[inline(always)]
+    pub fn of(simd: S, link: &[S::Vector; link::FIELDS], work: &[S::Vector; work::FIELDS]) -> Self {
+        let length = Lane::load(simd, link[link::LENGTH]) + Lane::splat(simd, TINY);
+        let z = scale(Lane::splat(simd, 1.0) / length, load3(simd, &work[work::D..]));
+        let y = load3(simd, &work[work::AXES + 3..]);
+        let [turn, shift] = [0, 3].map(|at| load3(simd, &work[work::CHANGE + at..]));
+        Self { axes: [cross(y, z), y, z], turn, shift }
+    }
+}
+
+/// The new state of a stem and its fruit.
 #[inline(always)]
-#[expect(clippy::too_many_arguments, reason = "the rows of one fruit in the tile's arrays")]
 pub(super) fn advance<S: Instructions>(
     simd: S,
     fruit: &mut [S::Vector; fruit::FIELDS],
     stem: &mut [S::Vector; stem::FIELDS],
     left: &[S::Vector; fruit_work::FIELDS],
     kept: &[S::Vector; stem_work::FIELDS],
-    axes: &[Lane3<S>; 3],
-    (turn, shift): (Lane3<S>, Lane3<S>),
+    before: &Before<S>,
     step: Step,
 ) {
+    let Before { axes, turn, shift } = *before;
     let number = |field: usize| Lane::load(simd, stem[field]);
     let shift = cross_add(turn, load3(simd, &left[fruit_work::R_TIP..]), shift);
     let e = load3(simd, &kept[stem_work::DIRECTION..]);
-    let taken = about(number(stem::SHARE), number(stem::SHARE_EXCESS), e, turn);
-    let taken = axpy(number(stem::SHARE_SHIFT), cross(e, shift), taken);
+    // Shares of the link's turn and of the anchor's motion across the stem that are taken off the stem's rate.
+    let Inertia { own, swing, .. } = Inertia::new(simd, stem);
+    let inverse = number(stem::INVERSE);
+    let share = swing * inverse;
+    let excess = own.mul_add(inverse + number(stem::INVERSE_EXCESS), -share);
+    let taken = about(share, excess, e, turn);
+    let taken = axpy(number(stem::LEVER) * inverse, cross(e, shift), taken);
     let change = sub(load3(simd, &kept[stem_work::Y..]), taken);
 
     // The end of the stem takes the fruit along.
     let end = cross_add(add(turn, change), scale(number(stem::LENGTH), e), shift);
     let kappa = Lane::load(simd, fruit[fruit::KAPPA]);
     let impulse = axpy(kappa, end, load3(simd, &left[fruit_work::IMPULSE..]));
-    let inverse_mass = Lane::load(simd, left[fruit_work::INVERSE_MASS]);
+    let mut inverse_mass = number(stem::INVERSE_MASS);
+    if step.has_loose {
+        inverse_mass = Lane::load(simd, left[fruit_work::INVERSE_MASS]);
+    }
     let u = axpy(inverse_mass, impulse, load3(simd, &fruit[fruit::V..]));
     let p = axpy(Lane::splat(simd, step.h), u, load3(simd, &fruit[fruit::P..]));
     store3::<S>(&mut fruit[fruit::V..], u);

@@ -102,9 +102,7 @@ impl Tile {
         self.worlds[lane].keep_shadow(data);
         self.expect_debris(lane);
         let world = &self.worlds[lane];
-        for pushes in [&mut self.pushes, &mut self.gusts] {
-            pushes.retain(|push| push.lane != lane || !world.rupture.is_debris(world.walk.links[push.row]));
-        }
+        self.pushes.retain(|push| push.lane != lane || !world.rupture.is_debris(world.walk.links[push.row]));
         let event = TreeEvent::Snapped { segment };
         self.events.push(BatchEvent { frame: self.frame, world: world.index, event });
         self.is_stale = true;
@@ -159,6 +157,7 @@ impl Tile {
             *self.fruit_mut(row, field, lane) = 0.0;
         }
         *self.fruit_mut(row, fruit::AIR_DRAG, lane) = air_drag as f32;
+        self.shelter(row, lane);
         for field in [limit::STRETCH, limit::PULL] {
             *self.stem_limit_mut(row, field, lane) = f32::INFINITY;
         }

@@ -92,6 +92,7 @@ impl Tile {
                 constants.push((fruit::V + k, data.point_v_world[id.index()][k]));
             }
             self.load_stem(lane, &plant, data, i);
+            self.load_ball(lane, i, data);
             let stem = plant.fruit.stem(i);
             // The anchor of a fruit on a stem that bends is the joint of the stem, tethered or not.
             let on_link = stem.map(|stem| model.body(stem).x_parent_joint.translation.vector);
@@ -136,8 +137,11 @@ impl Tile {
             let segment = self.worlds[lane].walk.links[row];
             let id = plant.tree.bodies[segment];
             let dof = plant.model.dofs(id).start;
+            // Wind has a drag of its own.
+            let in_wind = plant.weather.as_ref().filter(|_| !self.worlds[lane].rupture.is_debris(segment));
+            let linear = in_wind.map_or(data.linear_drag[id.index()], |weather| weather.sail().still_drag());
             let wood = Wood {
-                drag: [data.linear_drag[id.index()], data.angular_drag[id.index()]],
+                drag: [linear, data.angular_drag[id.index()]],
                 stiffness: data.stiffness[dof],
                 damping: data.damping[dof],
                 leads: plant.tree.is_modal,
@@ -171,6 +175,7 @@ impl Tile {
                     (limit * limit) as f32
                 };
         }
+        self.load_sails(lane);
         for (i, point) in plant.fruit.points.iter().enumerate() {
             if data.tethered[point.index()] {
                 let row = self.worlds[lane].fruit_row[i];

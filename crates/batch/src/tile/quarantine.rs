@@ -63,7 +63,6 @@ impl Tile {
     pub(super) fn empty(&mut self, lane: usize) {
         let lanes = self.lanes;
         self.pushes.retain(|push| push.lane != lane);
-        self.gusts.retain(|gust| gust.lane != lane);
         for counts in [&mut self.bend_frames, &mut self.stretch_frames, &mut self.pull_frames] {
             counts.iter_mut().skip(lane).step_by(lanes).for_each(|count| *count = 0);
         }
@@ -80,6 +79,7 @@ impl Tile {
         ] {
             numbers.as_mut_slice().iter_mut().skip(lane).step_by(lanes).for_each(|x| *x = padding);
         }
+        self.calm(lane);
         self.pad(lane);
         self.is_stale = true;
     }
@@ -112,7 +112,7 @@ mod tests {
             tile.run(1);
             assert!(!tile.worlds[1].is_running());
             tile.run(60);
-            assert_eq!(tile.work(Phase::Test), Found::default(), "{isa:?}");
+            assert_eq!(tile.work(Phase::Test, false), Found::default(), "{isa:?}");
             assert!(!tile.is_counting && tile.pushes.is_empty());
             let Numbers { links, work, fruit, fruit_work, tips, changes, loads, tip_motion, props, .. } =
                 &tile.numbers;

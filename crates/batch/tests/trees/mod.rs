@@ -45,13 +45,28 @@ pub fn on_tethers_in_wind(count: u32, speed: f64) -> Vec<TreeWorld> {
     on_in_wind(count, None, speed)
 }
 
+/// One tree on stems in a wind whose shortest wave is 0.08 mm long: were its gusts sampled where the wood is now, round-off of its place would choose their phase.
+pub fn in_short_waves(speed: f64) -> Vec<TreeWorld> {
+    const WORLD: u32 = 52;
+    let world = TreeWorld::grow(spec_in_wind(Spec::preset(Preset::Calibrated).fruit.stem, speed), 7, WORLD);
+    let world = world.unwrap();
+    let waves = world.plant().weather.as_ref().unwrap().wind().waves();
+    let shortest = waves.map(|wave| wave.wave.norm()).fold(0.0, f64::max);
+    assert!(shortest > 5e4, "{shortest}");
+    vec![world]
+}
+
 fn on_in_wind(count: u32, stem: Option<StemSpec>, speed: f64) -> Vec<TreeWorld> {
+    let spec = spec_in_wind(stem, speed);
+    (0..count).map(|world| TreeWorld::grow(spec.clone(), 7, world).unwrap()).collect()
+}
+
+fn spec_in_wind(stem: Option<StemSpec>, speed: f64) -> Arc<Spec> {
     let mut spec = Spec::preset(Preset::MeasuredWood);
     let wind = spec.wind.as_mut().unwrap();
     wind.speed = wind.speed.with_value(speed).unwrap();
     spec.fruit = FruitSpec { stem, ..spec.fruit };
-    let spec = Arc::new(spec);
-    (0..count).map(|world| TreeWorld::grow(spec.clone(), 7, world).unwrap()).collect()
+    Arc::new(spec)
 }
 
 /// Trees of one topology with their own lengths and radii.

@@ -20,7 +20,7 @@ var<workgroup> any_goes_on: u32;
 fn conjugate(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {
     let warp = thread / LANES;
     enter(group.x, warp, thread % LANES);
-    krylov_at = behind_waves_at();
+    krylov_at = behind_air_at();
     let runs = is_there() && bitcast<u32>(world(WORLD_STOPPED)) == 0u;
     let is_stale = (bitcast<u32>(world(WORLD_NOTICE)) & NOTICE_STALE) != 0u;
     found_notice = 0u;
@@ -47,6 +47,10 @@ fn conjugate(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_inde
         }
         if BLOWS {
             if step == 0u {
+                if runs {
+                    sample_air(warp);
+                }
+                meet();
                 if runs {
                     blow(warp);
                 }

@@ -39,6 +39,10 @@ fn frame(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) t
         if BLOWS {
             if step == 0u {
                 if runs {
+                    sample_air(warp);
+                }
+                storageBarrier();
+                if runs {
                     blow(warp);
                 }
                 storageBarrier();

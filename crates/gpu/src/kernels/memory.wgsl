@@ -36,13 +36,9 @@ struct Rules {
     stem_exponent: f32,
     stem_least_load: f32,
     waves: u32,
+    fours: u32,
     wind_x: f32,
     wind_y: f32,
-    canopy: f32,
-    attenuation: f32,
-    displacement: f32,
-    roughness: f32,
-    profile: f32,
     folding_speed: f32,
 }
 
@@ -192,9 +188,19 @@ fn waves_at() -> u32 {
     return air_at(airs_at(), select(0u, header(TILE_STARTS + PARTS), WIND));
 }
 
-// First quad behind the waves.
-fn behind_waves_at() -> u32 {
-    return waves_at() + select(0u, rules.waves, WIND) * (WAVE_FIELDS / QUAD * LANES);
+// Quads of a wave with its phases, in all lanes.
+fn quads_of_wave() -> u32 {
+    return (WAVE_FIELDS / QUAD + rules.fours) * LANES;
+}
+
+// First quad of the shares of the mean speed at the places, behind the waves.
+fn profiles_at() -> u32 {
+    return waves_at() + select(0u, rules.waves * quads_of_wave(), WIND);
+}
+
+// First quad behind them.
+fn behind_air_at() -> u32 {
+    return profiles_at() + select(0u, rules.fours * LANES, WIND);
 }
 
 fn p_trunk() -> vec3f {

@@ -133,7 +133,7 @@ fn outward(part: u32, mode: u32) {
         }
         if BLOWS {
             if mode != ADVANCE {
-                expose(row, at_joint.axes.z, p_joint + d * 0.5, at_joint.v + v_d * 0.5);
+                expose(row, at_joint.axes.z, at_joint.v + v_d * 0.5);
             }
         }
         if is_debris {

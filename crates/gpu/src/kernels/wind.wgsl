@@ -1,4 +1,4 @@
-// Wind on links and hanging fruit, once a frame (`orchard_treephys::wind`). The waves of a world's gusts are sums over all its links and fruit: a thread computes four places at once.
+// Wind on links and hanging fruit, once a frame (`orchard_treephys::wind`). The gusts are sums over waves at some places of a world; a thread computes four of them at once.
 
 // Coefficients of sin(pi x) / x and cos(pi x) by the square of x, |x| <= 1/2 (interpolated at the Chebyshev nodes), to 5e-8.
 const TURN_SINE: array<f32, 5> = array(7.7655912e-2, -5.9829041e-1, 2.5500774, -5.1677101, 3.1415926);
@@ -7,64 +7,61 @@ const TURN_COSINE: array<f32, 5> = array(2.1968242e-1, -1.3318730, 4.0584108, -4
 // One turn over 2^32.
 const PER_TURN: f32 = 2.3283064e-10;
 
-// Four places, or velocities there.
+// Velocities at four places.
 struct Four {
     x: vec4f,
     y: vec4f,
     z: vec4f,
 }
 
-// Number of links and fruit of a world, and the place of one of them: links first.
-fn count_of_points(rows: u32) -> u32 {
-    return rows + bitcast<u32>(world(WORLD_FRUIT));
-}
-
-fn point(k: u32, rows: u32) -> vec3f {
-    if k < rows {
-        return link(air_at(airs_at(), k), AIR_P).xyz;
-    }
-    return fruit(fruit_at(k - rows), FRUIT_P).xyz;
-}
-
-// Sets the forces of the air for the present frame at a share of a world's links and fruit.
-fn blow(warp: u32) {
-    let rows = header(TILE_STARTS + PARTS);
-    let count = count_of_points(rows);
+// Sets the air of the present frame at a share of a world's places.
+fn sample_air(warp: u32) {
+    let places = bitcast<u32>(world(WORLD_PLACES));
     // Frames since the wind began.
     let clock = rules.frame - 1u - bitcast<u32>(world(WORLD_BEGAN));
-    for (var first = 4u * warp; first < count; first += 4u * WARPS) {
-        let last = count - 1u;
-        let a = point(first, rows);
-        let b = point(min(first + 1u, last), rows);
-        let c = point(min(first + 2u, last), rows);
-        let d = point(min(first + 3u, last), rows);
-        var here = Four(vec4f(a.x, b.x, c.x, d.x), vec4f(a.y, b.y, c.y, d.y), vec4f(a.z, b.z, c.z, d.z));
-        var air = gusts(here, clock);
-        for (var k = first; k < min(first + 4u, count); k++) {
-            let velocity = vec3f(air.x.x + rules.wind_x, air.y.x + rules.wind_y, air.z.x) * profile(here.z.x);
-            if k < rows {
-                press_link(k, velocity);
-            } else {
-                press_fruit(fruit_at(k - rows), velocity);
-            }
+    let airs = airs_at();
+    for (var four = warp; 4u * four < places; four += WARPS) {
+        var air = gusts(four, clock);
+        for (var k = 4u * four; k < min(4u * four + 4u, places); k++) {
+            let at = air_at(airs, k);
+            set_link(at, AIR_WIND, vec4f(air.x.x, air.y.x, air.z.x, link(at, AIR_WIND).w));
             air = Four(air.x.yzwx, air.y.yzwx, air.z.yzwx);
-            here.z = here.z.yzwx;
         }
     }
 }
 
-// Gusts at four places, at the height of the canopy.
-fn gusts(here: Four, clock: u32) -> Four {
-    var sum = Four(vec4f(0.0), vec4f(0.0), vec4f(0.0));
+// Sets the forces of the air for the present frame on a share of a world's links and fruit.
+fn blow(warp: u32) {
+    let airs = airs_at();
+    let rows = header(TILE_STARTS + PARTS);
+    for (var k = warp; k < rows; k += WARPS) {
+        let at = air_at(airs, k);
+        press_link(at, k, wind_at(airs, link(at, AIR_WIND).w));
+    }
+    for (var k = warp; k < bitcast<u32>(world(WORLD_FRUIT)); k += WARPS) {
+        let at = fruit_at(k);
+        press_fruit(at, wind_at(airs, fruit(at, gust_field()).w));
+    }
+}
+
+// Velocity of the air at a place, given by bits.
+fn wind_at(airs: u32, place: f32) -> vec3f {
+    return link(air_at(airs, bitcast<u32>(place)), AIR_WIND).xyz;
+}
+
+// Air at four places.
+fn gusts(four: u32, clock: u32) -> Four {
+    var sum = Four(vec4f(rules.wind_x), vec4f(rules.wind_y), vec4f(0.0));
     var at = waves_at();
+    let phases = (WAVE_FIELDS / QUAD + four) * LANES;
     for (var k = 0u; k < rules.waves; k++) {
-        let wave = links[at + WAVE_TURNS / QUAD * LANES];
-        let cosine = links[at + WAVE_COSINE / QUAD * LANES].xyz;
+        let wave = links[at + WAVE_COSINE / QUAD * LANES];
+        let cosine = wave.xyz;
         let sine = links[at + WAVE_SINE / QUAD * LANES].xyz;
-        at += WAVE_FIELDS / QUAD * LANES;
         // Whole numbers keep the phase exact in any frame.
         let back = f32(bitcast<i32>(bitcast<u32>(wave.w) * clock)) * PER_TURN;
-        let turns = here.x * wave.x + here.y * wave.y + here.z * wave.z - back;
+        let turns = links[at + phases] - back;
+        at += quads_of_wave();
         // Sine and cosine of the whole turn from those of half of it.
         let part = turns - round(turns);
         let z = part * part;
@@ -76,38 +73,28 @@ fn gusts(here: Four, clock: u32) -> Four {
         sum.y += cosines * cosine.y + sines * sine.y;
         sum.z += cosines * cosine.z + sines * sine.z;
     }
-    return sum;
+    let profile = links[profiles_at() + four * LANES];
+    return Four(sum.x * profile, sum.y * profile, sum.z * profile);
 }
 
 fn turn_polynomial(c: array<f32, 5>, x: vec4f) -> vec4f {
     return (((c[0] * x + c[1]) * x + c[2]) * x + c[3]) * x + c[4];
 }
 
-// Mean speed at a height over that at the height of the canopy: exponential within, logarithmic above.
-fn profile(height: f32) -> f32 {
-    let part = max(height, 0.0) / rules.canopy;
-    if part <= 1.0 {
-        return e_to(rules.attenuation * (part - 1.0));
-    }
-    return ln((part - rules.displacement) / rules.roughness) * rules.profile;
-}
-
-// Keeps what the wind needs of a link at the end of a frame: its axis, and place and velocity of its centre of mass.
-fn expose(row: u32, z: vec3f, p: vec3f, v: vec3f) {
+// Keeps what the wind needs of a link at the end of a frame: its axis, and the velocity of its centre of mass.
+fn expose(row: u32, z: vec3f, v: vec3f) {
     let at = air_at(airs_at(), row);
-    set_link(at, AIR_P, vec4f(p, z.x));
-    set_link(at, AIR_V, vec4f(v, z.y));
+    set_link(at, AIR_V, vec4f(v, z.x));
+    links[at + AIR_Z / QUAD * LANES].z = z.y;
     links[at + AIR_Z / QUAD * LANES].w = z.z;
 }
 
 // Drag of a link's wood and leaves in air of a velocity. The link's own part of the speed is taken implicitly, as a drag of the link.
-fn press_link(row: u32, velocity: vec3f) {
-    let at = air_at(airs_at(), row);
-    let p = link(at, AIR_P);
+fn press_link(at: u32, row: u32, velocity: vec3f) {
     let motion = link(at, AIR_V);
     let sail = link(at, AIR_WOOD);
     let v = motion.xyz;
-    let z = vec3f(p.w, motion.w, sail.w);
+    let z = vec3f(motion.w, sail.zw);
     let w = velocity - v;
     let across = w - z * dot(w, z);
     let of_wood = sail.x * length(across);
@@ -123,7 +110,7 @@ fn press_fruit(at: u32, velocity: vec3f) {
     let w = velocity - fruit(at, FRUIT_V).xyz;
     let hangs = bitcast<u32>(fruit(at, FRUIT_P).w) == 0u && fruit(at, FRUIT_STIFFNESS).x > 0.0;
     let change = w * (numbers.w * length(w) * rules.h / numbers.x);
-    set_fruit(at, gust_field(), vec4f(select(vec3f(0.0), change, hangs), 0.0));
+    set_fruit(at, gust_field(), vec4f(select(vec3f(0.0), change, hangs), fruit(at, gust_field()).w));
 }
 
 fn gust_on(at: u32) -> vec3f {

@@ -186,6 +186,8 @@ fields! {
     }
     /// Behind the other fields of a fruit's row, in worlds with wind: change of a free fruit's velocity by the wind in a substep [m/s] (3).
     gust {
+        /// Its place in the air, as bits.
+        PLACE = 3,
         /// Number of fields.
         FIELDS = 4,
     }
@@ -195,31 +197,32 @@ fields! {
         IMPULSE = 0,
         /// Drag of translation then [1/s].
         DRAG = 3,
-        /// Centre of mass at the end of the last frame [m] (3), and the first number of the axis.
-        P = 4,
-        /// Velocity of the centre of mass [m/s] (3), and the second number.
-        V = 8,
+        /// Velocity of the centre of mass at the end of the last frame [m/s] (3), and the first number of the axis.
+        V = 4,
         /// Half air density times drag coefficient times area of its wood across the wind [kg/m].
-        WOOD = 12,
+        WOOD = 8,
         /// Half air density times drag coefficient times area of its leaves [kg/m].
-        LEAVES = 13,
-        /// Third number of its axis.
-        Z = 15,
+        LEAVES = 9,
+        /// Second and third number of its axis.
+        Z = 10,
+        /// Velocity of the air [m/s] (3) at the place whose number is that of the row.
+        WIND = 12,
+        /// Place of the link, as bits.
+        PLACE = 15,
         /// Number of fields.
         FIELDS = 16,
     }
-    /// A wave of a world's gusts, in worlds with wind: `C cos t + S sin t` with `t` the phase at a place and time.
+    /// A wave of a world's gusts, in worlds with wind: `C cos t + S sin t` with `t` the phase at a place and time. Behind it are its phases in frame 0
+    /// \[turns\] at all places, and behind all waves the shares of the mean speed there.
     wave {
-        /// Turns of the phase per metre (3).
-        TURNS = 0,
+        /// C [m/s] (3).
+        COSINE = 0,
         /// Turns back per frame, times 2^32, as a whole number.
         BACK = 3,
-        /// C [m/s] (3).
-        COSINE = 4,
         /// S [m/s] (3).
-        SINE = 8,
+        SINE = 4,
         /// Number of fields.
-        FIELDS = 12,
+        FIELDS = 8,
     }
     /// An external force on a link.
     push {
@@ -262,8 +265,10 @@ fields! {
         DAMPING_TIME = 12,
         /// Frame before the first one of its wind, as bits; it may be negative.
         BEGAN = 13,
+        /// Number of places at which it samples the air, as bits.
+        PLACES = 14,
         /// Number of fields.
-        FIELDS = 14,
+        FIELDS = 15,
     }
     /// Bits of [`world::NOTICE`].
     notice {

@@ -117,7 +117,8 @@ impl Memory {
                 Solver::Aba => 0,
                 Solver::ConjugateGradients => krylov::FIELDS,
             };
-        let waves = self.rules.waves as usize * wave::FIELDS;
+        let (waves, places) = (self.rules.waves as usize, QUAD * self.rules.fours as usize);
+        let waves = waves * (wave::FIELDS + places) + places;
         self.links.resize(self.links.len() + (rows * of_row + waves) * LANES, 0.0);
         self.fruit.resize(self.fruit.len() + fruit_rows * self.laws.fruit_fields() * LANES, 0.0);
         let mut lane = 0;

@@ -7,7 +7,7 @@ use orchard_spec::wind::WindSpec;
 use orchard_spec::{Preset, Spec};
 use orchard_treegen::LeafSite;
 use orchard_treephys::trials::{radius_of_frequency, response_in_wind, straight_limb};
-use orchard_treephys::wind::{Sail, Wind, spectrum};
+use orchard_treephys::wind::{Places, Sail, Wind, spectrum};
 
 /// The wind of the presets at a speed.
 fn wind_at(speed: f64) -> WindSpec {
@@ -101,6 +101,24 @@ fn the_profile_is_continuous_at_the_canopy() {
     assert!((wind.profile(h * 1.000_001) - 1.0).abs() < 1e-5);
     assert!((wind.profile(0.5 * h) - math::exp(-0.5 * a)).abs() < 1e-12);
     assert!(wind.profile(2.0 * h) > 1.1 && wind.profile(0.0) > 0.0);
+}
+
+/// Segments are no farther from their place than asked, and share it with a parent or start it; at no distance each has its own.
+#[test]
+fn segments_share_the_air_of_a_place_nearby() {
+    const SPACING: f64 = 0.4;
+    let skeleton = orchard_treegen::grow(&Spec::preset(Preset::MeasuredWood), 1, 0).unwrap();
+    let count = skeleton.segments.len();
+    let places = Places::new(&skeleton, SPACING);
+    assert!(places.p_world().len() < count / 2, "{}", places.p_world().len());
+    for (i, segment) in skeleton.segments.iter().enumerate() {
+        let middle = segment.p_base_world + segment.heading() * (0.5 * segment.length);
+        let own = places.of_segment(i);
+        let away = (places.p_world()[own] - middle).norm();
+        let is_shared = segment.parent.is_some_and(|parent| places.of_segment(parent) == own);
+        assert!(if is_shared { away <= SPACING } else { away == 0.0 }, "segment {i}: {away} m");
+    }
+    assert_eq!(Places::new(&skeleton, 0.0).p_world().len(), count);
 }
 
 /// A limb of 2 Hz at the height of the canopy, without leaves.
