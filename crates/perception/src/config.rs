@@ -301,7 +301,7 @@ mod tests {
             );
         }
         assert_ne!(DetectorConfig::paper(), DetectorConfig::d435i());
-        assert!(DetectorConfig::named("d415").unwrap_err().contains("paper, paper-single, d435i"));
+        assert!(DetectorConfig::named("d415").unwrap_err().contains("paper, paper-single, scored, d435i"));
         let single = DetectorConfig::paper_single();
         assert!(!single.fit.refine && !single.gates.hidden.on);
         let mut paper = DetectorConfig::paper();

@@ -61,11 +61,7 @@ pub(crate) struct Examiner {
 
 impl Examiner {
     pub(crate) fn new(config: &DetectorConfig) -> Self {
-        Self {
-            noise: Noise::new(config),
-            hides: config.gates.hidden.limit.si(),
-            ramp: config.fit.ramp.si(),
-        }
+        Self { noise: Noise::new(config), hides: config.gates.hidden.limit.si(), ramp: config.fit.ramp.si() }
     }
 
     /// Measures the evidence for a sphere.

@@ -73,7 +73,11 @@ pub(crate) fn trace(cloud: &Cloud, sphere: &Sphere, hides: f64) -> Outline {
             circle = Circle::fit(&ends);
         }
     }
-    Outline { ended: share(ends.len()), hidden: share(hidden), circle: circle.filter(|_| ends.len() >= LEAST_ENDS) }
+    Outline {
+        ended: share(ends.len()),
+        hidden: share(hidden),
+        circle: circle.filter(|_| ends.len() >= LEAST_ENDS),
+    }
 }
 
 fn end(cloud: &Cloud, sphere: &Sphere, from: (f64, f64), step: (f64, f64), reach: f64, hides: f64) -> End {

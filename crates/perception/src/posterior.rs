@@ -55,7 +55,12 @@ impl Posterior {
 
     /// Returns the sphere of largest posterior probability next to a sphere, by Gauss and Newton's method; `None` if too few pixels lie on
     /// it. `accesses` takes the number of pixels looked at.
-    pub(crate) fn settle(&self, cloud: &Cloud, start: &Sphere, mut accesses: impl FnMut(usize)) -> Option<Sphere> {
+    pub(crate) fn settle(
+        &self,
+        cloud: &Cloud,
+        start: &Sphere,
+        mut accesses: impl FnMut(usize),
+    ) -> Option<Sphere> {
         let mut sphere = *start;
         for _ in 0..STEPS {
             let (a, b) = self.equations(cloud, &sphere, &mut accesses)?;

@@ -29,7 +29,8 @@ impl Evidence {
 
     /// Probability that the sphere is a fruit: the logistic function of the weighted sum of the terms.
     pub fn score(&self, weights: &Weights, prior: &Prior) -> f64 {
-        let sum: f64 = self.terms(prior).iter().zip(weights.si()).map(|((_, term), weight)| term * weight).sum();
+        let sum: f64 =
+            self.terms(prior).iter().zip(weights.si()).map(|((_, term), weight)| term * weight).sum();
         1.0 / (1.0 + math::exp(-sum))
     }
 }

@@ -18,7 +18,13 @@ use crate::robot;
 use crate::{Names, OptionValue, Options, Scenario, ScenarioError, SceneNames, TreeFile};
 
 /// Default detectors: (camera, detector). All other cameras have the detector `paper`.
-pub const CAMERA_DETECTORS: &[(&str, &str)] = &[("d435i", "d435i")];
+pub const CAMERA_DETECTORS: &[(&str, &str)] = &[
+    ("d435i", "d435i"),
+    ("d435i-aligned", "d435i-aligned"),
+    ("zed-mini", "zed-mini"),
+    ("azure-kinect", "azure-kinect"),
+    ("azure-kinect-native", "azure-kinect-native"),
+];
 
 /// Names of the robots.
 pub fn robots() -> Vec<&'static str> {
@@ -126,8 +132,12 @@ pub fn detector(given: &OptionValue) -> Result<DetectorConfig, ScenarioError> {
 
 /// Name of the default detector of a camera.
 fn detector_of(camera: &CameraSpec) -> &'static str {
-    let made_for = CAMERA_DETECTORS.iter().find(|(name, _)| *name == camera.name());
-    made_for.map_or("paper", |(_, detector)| detector)
+    detector_for(camera.name()).unwrap_or("paper")
+}
+
+/// Name of the detector made for a camera of a name; `None` if there is none.
+pub fn detector_for(camera: &str) -> Option<&'static str> {
+    CAMERA_DETECTORS.iter().find(|(name, _)| *name == camera).map(|(_, detector)| *detector)
 }
 
 /// The world's config and its layers.

@@ -6,12 +6,12 @@ mod walls;
 
 use orchard_camera::{Capture, Geometry, ImageKey, Label, Scene, Sensor};
 use orchard_geometry::{Pose, Shape, Vec3};
-use orchard_spec::camera::{CameraSpec, D435iSpec};
+use orchard_spec::camera::{CameraSpec, StereoSpec};
 
 /// A d435i with some figures changed.
 struct Camera {
     sensor: Sensor,
-    spec: D435iSpec,
+    spec: StereoSpec,
     /// Focal length times baseline [m px].
     focal_baseline: f64,
 }

@@ -7,5 +7,6 @@ mod images;
 mod light;
 #[path = "common/ray_cast.rs"]
 mod ray_cast;
+mod real_cameras;
 #[path = "common/score.rs"]
 mod score;

@@ -21,9 +21,10 @@ use crate::picture_file;
                   camera_info with K). Pixel coordinates (0, 0) are the centre of the first pixel.\n\n\
                   The result is JSON in metres and pixels; p_camera is the centre of a fruit with x right, y down and z\n\
                   forward. With --camera-height, pixels of level ground are left out; --up is the vertical in the camera's\n\
-                  axes, 0,-1,0 for a level camera. docs/computation/perception.md defines the gates.\n\n\
+                  axes, 0,-1,0 for a level camera. Detections are sorted by score, the probability that a sphere is a fruit.\n\
+                  docs/computation/perception.md defines score and gates. --camera NAME takes the detector made for a real camera.\n\n\
                   Examples:\n  orchard detect --depth depth.png --intrinsics camera.json\n  \
-                  orchard detect --depth depth.png --intrinsics camera.json --config d435i --picture seen.png --all\n  \
+                  orchard detect --depth depth.png --intrinsics camera.json --camera azure-kinect --picture seen.png --all\n  \
                   orchard detect --depth depth.png --intrinsics camera.json --camera-height 1.1 --up 0,-0.94,-0.34"
 )]
 pub struct Args {
@@ -57,6 +58,13 @@ struct Report {
 struct Sphere {
     p_camera: [f64; 3],
     radius: f64,
+    /// Probability that it is a fruit.
+    score: f64,
+    /// Standard deviations of centre and radius; null where too few pixels determine them.
+    center_deviation: Option<f64>,
+    radius_deviation: Option<f64>,
+    /// Share of the disc that is seen.
+    visible: f64,
     rms: f64,
     pixels: u32,
     center_px: [f64; 2],
@@ -70,7 +78,7 @@ struct Refused {
 }
 
 const FORMAT: &str = "orchard-detections";
-const SCHEMA_VERSION: u32 = 1;
+const SCHEMA_VERSION: u32 = 2;
 
 /// Reads the input, detects the fruit and writes the result.
 pub fn run(args: &Args) -> Result<(), Failure> {
@@ -89,7 +97,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             found.iter().filter(|c| c.refused_by.is_none()).map(|c| &c.detection).collect();
         picture_file::write(file, &overlay::picture(&input.depth, &input.intrinsics, &spheres))?;
     }
-    let report = report(&found, args.input.config.clone(), args.all);
+    let report = report(&found, args.input.detector_name().to_owned(), args.all);
     let text = serde_json::to_string_pretty(&report).context("cannot write the detections as JSON")? + "\n";
     if to_terminal {
         say!("{}", text.trim_end());
@@ -99,7 +107,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 fn report(found: &[Candidate], config: String, all: bool) -> Report {
-    let accepted = found.iter().filter(|c| c.refused_by.is_none()).map(|c| sphere(&c.detection)).collect();
+    let mut accepted: Vec<&Detection> =
+        found.iter().filter(|c| c.refused_by.is_none()).map(|c| &c.detection).collect();
+    // The sort is stable: equal scores stay in the detector's order.
+    accepted.sort_by(|a, b| b.score.total_cmp(&a.score));
     let refused = found
         .iter()
         .filter_map(|c| Some(Refused { sphere: sphere(&c.detection), gate: c.refused_by?.name() }));
@@ -107,15 +118,23 @@ fn report(found: &[Candidate], config: String, all: bool) -> Report {
         format: FORMAT,
         schema_version: SCHEMA_VERSION,
         config,
-        detections: accepted,
+        detections: accepted.into_iter().map(sphere).collect(),
         refused: all.then(|| refused.collect()),
     }
+}
+
+fn finite(x: f64) -> Option<f64> {
+    x.is_finite().then_some(x)
 }
 
 fn sphere(d: &Detection) -> Sphere {
     Sphere {
         p_camera: d.p_camera.into(),
         radius: d.radius,
+        score: d.score,
+        center_deviation: finite(d.center_deviation),
+        radius_deviation: finite(d.radius_deviation),
+        visible: d.visible,
         rms: d.rms,
         pixels: d.pixels,
         center_px: d.center_px.into(),

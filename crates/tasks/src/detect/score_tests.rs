@@ -35,7 +35,17 @@ fn view() -> (View, Vec<Ball>) {
 }
 
 fn detection(p: [f64; 3], radius: f64) -> Detection {
-    Detection { p_camera: p.into(), radius, rms: 1e-4, pixels: 30, center_px: (0.0, 0.0) }
+    Detection {
+        p_camera: p.into(),
+        radius,
+        score: 0.9,
+        center_deviation: 1e-3,
+        radius_deviation: 1e-3,
+        visible: 0.8,
+        rms: 1e-4,
+        pixels: 30,
+        center_px: (0.0, 0.0),
+    }
 }
 
 #[test]

@@ -8,6 +8,7 @@ use orchard_perception::{DetectorConfig, mask};
 
 use crate::failure::Failure;
 use orchard_scenario::OptionValue;
+use orchard_spec::camera::CameraSpec;
 
 #[derive(clap::Args)]
 pub struct InputArgs {
@@ -25,7 +26,10 @@ pub struct InputArgs {
     pub mask: Option<PathBuf>,
     /// Detector, or a file of changed figures; `orchard detectors` lists the detectors
     #[arg(long = "detector", alias = "config", value_name = "NAME|FILE.toml", default_value = "paper")]
-    pub config: String,
+    config: String,
+    /// Camera that took the image, for its detector: d435i, d435i-aligned, zed-mini, azure-kinect, azure-kinect-native
+    #[arg(long, value_name = "NAME", conflicts_with = "config")]
+    camera: Option<String>,
     /// Height of the camera above level ground [m]; pixels of the ground are ignored
     #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
     pub camera_height: Option<f64>,
@@ -49,6 +53,23 @@ const UNITS: std::ops::RangeInclusive<f64> = 1e-9..=1.0;
 const HEIGHTS: std::ops::RangeInclusive<f64> = -100.0..=100.0;
 
 impl InputArgs {
+    /// Name or file of the detector.
+    pub fn detector_name(&self) -> &str {
+        match self.camera.as_deref() {
+            Some(camera) => orchard_scenario::detector_for(camera).unwrap_or("paper"),
+            None => &self.config,
+        }
+    }
+
+    /// The detector of `--camera` or `--detector`.
+    fn detector(&self) -> Result<DetectorConfig, Failure> {
+        if let Some(camera) = &self.camera {
+            CameraSpec::named(camera).map_err(|e| Failure::BadInput(format!("--camera {camera}: {e}")))?;
+        }
+        orchard_scenario::detector(&OptionValue::new(self.detector_name(), "--detector"))
+            .map_err(|e| Failure::BadInput(e.to_string()))
+    }
+
     /// Reads all files; an error names the option, file, field and range.
     pub fn read(&self) -> Result<Input, Failure> {
         let within = |option, value: f64, range: &std::ops::RangeInclusive<f64>| {
@@ -61,8 +82,7 @@ impl InputArgs {
         if let Some(height) = self.camera_height {
             within("--camera-height", height, &HEIGHTS)?;
         }
-        let config = orchard_scenario::detector(&OptionValue::new(&self.config, "--detector"))
-            .map_err(|e| Failure::BadInput(e.to_string()))?;
+        let config = self.detector()?;
         let text = orchard_input::text(&self.intrinsics, orchard_input::CONFIG)
             .map_err(|e| bad("--intrinsics", &self.intrinsics, e))?;
         let intrinsics = intrinsics::read(&text).map_err(|e| bad("--intrinsics", &self.intrinsics, e))?;

@@ -1,0 +1,40 @@
+//! The detectors of cameras with a noise model follow from it by one rule (docs/computation/perception.md, "Presets of cameras").
+
+use orchard_geometry::math;
+use orchard_perception::DetectorConfig;
+use orchard_spec::camera::{CameraSpec, Measurement};
+
+/// Focal length \[px\] of a number of columns and a horizontal field of view.
+fn focal(columns: u32, fov: f64) -> f64 {
+    0.5 * f64::from(columns) / math::tan(0.5 * fov)
+}
+
+#[test]
+fn detectors_follow_from_the_noise_of_their_cameras() {
+    for name in ["d435i-aligned", "zed-mini", "azure-kinect", "azure-kinect-native"] {
+        let (camera, detector) = (CameraSpec::named(name).unwrap(), DetectorConfig::named(name).unwrap());
+        let view = camera.view();
+        let of_view = focal(view.width.get(), view.horizontal_fov.as_ref().unwrap().si());
+        let of_imager = camera.native().map_or(of_view, |n| focal(n.width.get(), n.horizontal_fov.si()));
+        // Standard deviation at 1 m, half-width of ramps in pixels of the imager, and reach.
+        let (deviation, ramp, reach) = match camera.measurement() {
+            Measurement::Stereo(s) => {
+                let ramp = f64::from(s.edge_ramp.get()) + 0.5;
+                (s.disparity_sd() / (of_imager * s.baseline.si()), ramp, f64::INFINITY)
+            }
+            Measurement::TimeOfFlight(s) => (s.noise_at_metre(), 2.0 * s.blur.si(), s.reach()),
+            Measurement::Exact => unreachable!("{name} has noise"),
+        };
+        let fit = &detector.fit;
+        let near = |what: &str, set: f64, rule: f64, tolerance: f64| {
+            assert!((set - rule).abs() <= tolerance, "{name}: {what} is {set}, the rule gives {rule}");
+        };
+        near("fit.noise", fit.noise.si(), 2.5 * deviation, 0.1e-3);
+        let sampling = (0.025 * of_view / 2.0 / 5.0).floor().max(1.0);
+        near("fit.sampling", f64::from(fit.sampling.get()), sampling, 0.0);
+        near("fit.ramp", fit.ramp.si(), ramp * of_view / of_imager / sampling, 0.05);
+        let (low, high) = detector.segmentation.range.si();
+        near("range.low", low, camera.range().0, 0.0);
+        near("range.high", high, (0.008 / deviation).sqrt().min(reach), 0.05);
+    }
+}
