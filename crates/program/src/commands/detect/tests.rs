@@ -55,7 +55,8 @@ fn a_file_gives_what_the_detector_gives() {
     let (k, depth, up, height) = view(folder.path());
     let config = DetectorConfig::paper();
     let ground = mask::ground_mask(&depth, &k, &up, height, config.mask.ground_margin.si());
-    let expected = detect(&depth, &k, Some(&ground), &config).unwrap();
+    let mut expected = detect(&depth, &k, Some(&ground), &config).unwrap();
+    expected.sort_by(|a, b| b.score.total_cmp(&a.score));
     assert!(expected.len() > 3, "{expected:?}");
     command(&format!(
         "--depth {} --intrinsics {} --camera-height {height} --up {},{},{} --all --picture {} --out {}",
@@ -79,12 +80,34 @@ fn a_file_gives_what_the_detector_gives() {
         assert_eq!((number(&json["radius"]), number(&json["rms"])), (d.radius, d.rms));
         assert_eq!((number(&json["center_px"][0]), number(&json["center_px"][1])), d.center_px);
         assert_eq!(json["pixels"].as_u64(), Some(u64::from(d.pixels)));
+        assert_eq!((number(&json["score"]), number(&json["visible"])), (d.score, d.visible));
     }
     let refused = json["refused"].as_array().unwrap();
     assert!(!refused.is_empty() && refused.iter().all(|sphere| sphere["gate"].is_string()));
     let picture = std::fs::read(folder.path().join("seen.png")).unwrap();
     let reader = png::Decoder::new(std::io::Cursor::new(picture)).read_info().unwrap();
     assert_eq!((reader.info().width, reader.info().height), (960, 720));
+}
+
+#[test]
+fn a_camera_brings_its_detector() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    view(folder.path());
+    let files = format!("--depth {} --intrinsics {}", at("depth.png"), at("camera.json"));
+    for (camera, detector) in [("azure-kinect", "azure-kinect"), ("d435i", "d435i"), ("ideal", "paper")] {
+        command(&format!("{files} --camera {camera} --out {}", at("found.json"))).unwrap();
+        let text = std::fs::read_to_string(folder.path().join("found.json")).unwrap();
+        let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+        assert_eq!(json["config"], detector);
+    }
+    let line = refused(&format!("{files} --camera kinect"));
+    assert!(
+        line.starts_with("--camera kinect: no camera 'kinect'") && line.contains("azure-kinect"),
+        "{line}"
+    );
+    let both = ["detect", "--depth", "x", "--intrinsics", "y", "--camera", "ideal", "--detector", "paper"];
+    assert!(Cli::try_parse_from(both).is_err());
 }
 
 #[test]
