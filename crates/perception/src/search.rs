@@ -69,10 +69,10 @@ impl<'a> Search<'a> {
             if explained[seed] || self.effort.get() == 0 {
                 return;
             }
-            if let Some(h) = self.local(seed, &p).and_then(|start| self.refined(start)) {
-                if judge(&h) {
-                    h.support.iter().for_each(|&i| explained[i] = true);
-                }
+            if let Some(h) = self.local(seed, &p).and_then(|start| self.refined(start))
+                && judge(&h)
+            {
+                h.support.iter().for_each(|&i| explained[i] = true);
             }
         });
     }
