@@ -9,7 +9,7 @@ struct Input {
     height: u8,
     intrinsics: [f64; 4],
     usual_intrinsics: bool,
-    stereo: bool,
+    detector: u8,
     refine: bool,
     on: [bool; 8],
     up: [f64; 3],
@@ -27,7 +27,7 @@ impl<'a> Arbitrary<'a> for Input {
             height: u.arbitrary()?,
             intrinsics: u.arbitrary()?,
             usual_intrinsics: u.arbitrary()?,
-            stereo: u.arbitrary()?,
+            detector: u.arbitrary()?,
             refine: u.arbitrary()?,
             on: u.arbitrary()?,
             up: u.arbitrary()?,
@@ -53,7 +53,10 @@ pub fn run(bytes: &[u8]) {
     };
     let [fx, fy, cx, cy] = if input.usual_intrinsics { [40.0, 40.0, 16.0, 16.0] } else { input.intrinsics };
     let k = Intrinsics { width, height, fx, fy, cx, cy };
-    let mut config = if input.stereo { DetectorConfig::d435i() } else { DetectorConfig::paper() };
+    let names = DetectorConfig::FILES;
+    let Ok(mut config) = DetectorConfig::named(names[usize::from(input.detector) % names.len()].0) else {
+        return;
+    };
     config.fit.refine = input.refine;
     let gates = &mut config.gates;
     gates.radius.on = input.on[0];
@@ -74,5 +77,7 @@ pub fn run(bytes: &[u8]) {
         let numbers =
             [d.p_camera.x, d.p_camera.y, d.p_camera.z, d.radius, d.rms, d.center_px.0, d.center_px.1];
         assert!(numbers.iter().all(|x| x.is_finite()) && d.p_camera.z > 0.0, "{d:?}");
+        assert!((0.0..=1.0).contains(&d.score) && (0.0..=1.0).contains(&d.visible), "{d:?}");
+        assert!(d.radius_deviation >= 0.0 && d.center_deviation >= 0.0, "{d:?}");
     }
 }

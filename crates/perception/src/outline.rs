@@ -45,7 +45,8 @@ enum End {
 
 /// Finds the outline of a sphere. A pixel at least `hides` \[m\] in front of the sphere hides what is behind it.
 pub(crate) fn trace(cloud: &Cloud, sphere: &Sphere, hides: f64) -> Outline {
-    let Some(center) = cloud.intrinsics.project(&sphere.center) else {
+    let center = cloud.intrinsics.project(&sphere.center).filter(|(u, v)| u.is_finite() && v.is_finite());
+    let Some(center) = center else {
         return Outline { ended: 0.0, hidden: 0.0, circle: None };
     };
     let radius_px = sphere.radius * cloud.focal / sphere.center.z;
