@@ -23,9 +23,7 @@ pub use figures::Figure;
 pub use mesh_files::MeshFiles;
 pub use names::{Names, SceneNames, controller_name};
 pub use options::{OptionValue, Options};
-pub use resolve::{
-    CAMERA_DETECTORS, cameras, controllers, detector, detector_for, detectors, presets, robots,
-};
+pub use resolve::{cameras, controllers, detector, detector_for, detectors, presets, robots};
 pub use robot::RobotFiles;
 pub use stored::StoredScenario;
 pub use tree::{TreeFile, TreeFormat};

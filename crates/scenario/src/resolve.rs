@@ -17,15 +17,6 @@ use crate::options::names_file;
 use crate::robot;
 use crate::{Names, OptionValue, Options, Scenario, ScenarioError, SceneNames, TreeFile};
 
-/// Default detectors: (camera, detector). All other cameras have the detector `paper`.
-pub const CAMERA_DETECTORS: &[(&str, &str)] = &[
-    ("d435i", "d435i"),
-    ("d435i-aligned", "d435i-aligned"),
-    ("zed-mini", "zed-mini"),
-    ("azure-kinect", "azure-kinect"),
-    ("azure-kinect-native", "azure-kinect-native"),
-];
-
 /// Names of the robots.
 pub fn robots() -> Vec<&'static str> {
     RobotModel::names()
@@ -75,8 +66,9 @@ impl Scenario {
             layers.part("world.camera", &given.by);
         }
         let camera = camera.unwrap_or_else(|| spec.camera.name().to_owned());
-        let by_camera =
-            || OptionValue::new(detector_of(&spec.camera), format!("the detector for camera {camera}"));
+        let by_camera = || {
+            OptionValue::new(detector_for(spec.camera.name()), format!("the detector for camera {camera}"))
+        };
         let detector = options.detector.clone().unwrap_or_else(by_camera);
         layers.part("detector", &detector.by);
         let default = |value: &str| OptionValue::new(value, "default");
@@ -130,14 +122,9 @@ pub fn detector(given: &OptionValue) -> Result<DetectorConfig, ScenarioError> {
     }
 }
 
-/// Name of the default detector of a camera.
-fn detector_of(camera: &CameraSpec) -> &'static str {
-    detector_for(camera.name()).unwrap_or("paper")
-}
-
-/// Name of the detector made for a camera of a name; `None` if there is none.
-pub fn detector_for(camera: &str) -> Option<&'static str> {
-    CAMERA_DETECTORS.iter().find(|(name, _)| *name == camera).map(|(_, detector)| *detector)
+/// Returns the name of the default detector of a camera: the one of the camera's name, or `paper` if there is none.
+pub fn detector_for(camera: &str) -> &'static str {
+    detectors().into_iter().find(|name| *name == camera).unwrap_or("paper")
 }
 
 /// The world's config and its layers.

@@ -23,17 +23,17 @@ pub enum CameraSpec {
     Paper(PaperSpec),
     /// A stereo camera with the errors of an Intel RealSense D435i outdoors.
     D435i(Box<StereoSpec>),
-    /// The same with its depth registered to the colour camera.
+    /// The stereo camera of a D435i, its depth registered to the colour camera.
     D435iAligned(Box<StereoSpec>),
     /// A stereo camera with the errors of a Stereolabs ZED Mini.
     ZedMini(Box<StereoSpec>),
     /// A time-of-flight camera with the errors of a Microsoft Azure Kinect, registered to its colour camera.
     AzureKinect(Box<TimeOfFlightSpec>),
-    /// The same as its depth imager delivers it.
+    /// A time-of-flight camera with the errors of an Azure Kinect, in the view of its depth imager.
     AzureKinectNative(Box<TimeOfFlightSpec>),
 }
 
-/// How a camera measures depth.
+/// Principle by which a camera measures depth, with its figures.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Measurement<'a> {
     /// Without errors.
@@ -207,7 +207,7 @@ impl CameraSpec {
         }
     }
 
-    /// How the camera measures.
+    /// Returns the principle by which the camera measures.
     pub fn measurement(&self) -> Measurement<'_> {
         match self {
             CameraSpec::Ideal(_) | CameraSpec::Paper(_) => Measurement::Exact,
@@ -222,12 +222,13 @@ impl CameraSpec {
 
     /// Size, field of view and rate.
     pub fn view(&self) -> &ViewSpec {
-        match (self, self.measurement()) {
-            (_, Measurement::Stereo(spec)) => &spec.view,
-            (_, Measurement::TimeOfFlight(spec)) => &spec.view,
-            (CameraSpec::Ideal(camera), _) => &camera.view,
-            (CameraSpec::Paper(camera), _) => &camera.view,
-            (_, Measurement::Exact) => unreachable!("an exact camera is ideal or the paper's"),
+        match self {
+            CameraSpec::Ideal(camera) => &camera.view,
+            CameraSpec::Paper(camera) => &camera.view,
+            CameraSpec::D435i(camera) | CameraSpec::D435iAligned(camera) | CameraSpec::ZedMini(camera) => {
+                &camera.view
+            }
+            CameraSpec::AzureKinect(camera) | CameraSpec::AzureKinectNative(camera) => &camera.view,
         }
     }
 

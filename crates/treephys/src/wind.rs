@@ -266,7 +266,7 @@ impl Sail {
         }
     }
 
-    /// Where the tree samples the air.
+    /// Places at which the tree samples the air.
     pub fn places(&self) -> &Places {
         &self.places
     }

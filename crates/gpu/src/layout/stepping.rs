@@ -186,7 +186,7 @@ fields! {
     }
     /// Behind the other fields of a fruit's row, in worlds with wind: change of a free fruit's velocity by the wind in a substep [m/s] (3).
     gust {
-        /// Its place in the air, as bits.
+        /// Number of the fruit's place in the air, stored as the bits of a float.
         PLACE = 3,
         /// Number of fields.
         FIELDS = 4,

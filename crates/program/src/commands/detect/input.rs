@@ -56,7 +56,7 @@ impl InputArgs {
     /// Name or file of the detector.
     pub fn detector_name(&self) -> &str {
         match self.camera.as_deref() {
-            Some(camera) => orchard_scenario::detector_for(camera).unwrap_or("paper"),
+            Some(camera) => orchard_scenario::detector_for(camera),
             None => &self.config,
         }
     }
