@@ -72,12 +72,6 @@ impl Task for Gusts<'_> {
         let mean = self.mean.map(|mean| Lane::splat(simd, mean));
         for (k, profile) in profile.iter().enumerate() {
             let profile = Lane::load(simd, *profile);
-            let mut set = |frame: usize, gust: Lane3<S>| {
-                let air = scale(profile, add(mean, gust));
-                for (axis, air) in air.into_iter().enumerate() {
-                    block[(3 * frame + axis) * width + k] = air.value;
-                }
-            };
             let mut middle = [Lane::splat(simd, 0.0); 3];
             for (n, (wave, at_wave)) in self.waves.iter().zip(at_waves.iter_mut()).enumerate() {
                 let (gust, lag) =
@@ -86,7 +80,8 @@ impl Task for Gusts<'_> {
                 store3::<S>(&mut at_wave[..3], gust);
                 store3::<S>(&mut at_wave[3..], lag);
             }
-            set(WAVE_STEPS, middle);
+            let places = Places { profile, mean, width, k };
+            places.set(block, WAVE_STEPS, middle);
             for first in (0..WAVE_STEPS).step_by(AT_ONCE) {
                 let mut even = [[Lane::splat(simd, 0.0); 3]; AT_ONCE];
                 let mut odd = even;
@@ -100,10 +95,30 @@ impl Task for Gusts<'_> {
                     }
                 }
                 for step in 0..AT_ONCE {
-                    set(WAVE_STEPS + 1 + first + step, add(even[step], odd[step]));
-                    set(WAVE_STEPS - 1 - first - step, sub(even[step], odd[step]));
+                    places.set(block, WAVE_STEPS + 1 + first + step, add(even[step], odd[step]));
+                    places.set(block, WAVE_STEPS - 1 - first - step, sub(even[step], odd[step]));
                 }
             }
+        }
+    }
+}
+
+/// A vector of places.
+struct Places<S: Instructions> {
+    profile: Lane<S>,
+    mean: Lane3<S>,
+    /// Number of vectors, and which of them.
+    width: usize,
+    k: usize,
+}
+
+impl<S: Instructions> Places<S> {
+    /// Sets the air of a frame. (Not a closure: one that is called often is compiled apart, without the instructions of `S`.)
+    #[inline(always)]
+    fn set(&self, block: &mut [S::Vector], frame: usize, gust: Lane3<S>) {
+        let air = scale(self.profile, add(self.mean, gust));
+        for axis in 0..3 {
+            block[(3 * frame + axis) * self.width + self.k] = air[axis].value;
         }
     }
 }
