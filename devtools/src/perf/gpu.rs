@@ -84,12 +84,7 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
         } else {
             Row { note: Some(SOFTWARE_NOTE.to_owned()), ..row }
         });
-        if let Some(counters) = &counters {
-            match counters.rows(&name, &mut cell.batch) {
-                Ok(counted) => rows.extend(counted),
-                Err(why) => eprintln!("NO COUNTERS of {name}: {why:#}"),
-            }
-        }
+        rows.extend(Counters::rows_of(counters.as_ref(), &name, &mut cell.batch));
         if worlds == MANY {
             rows.push(
                 Row::measured(&format!("gpu.dimensions_{worlds}.memory"), cell.bytes, "bytes")
@@ -114,7 +109,7 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
     }
     for &(worlds, _) in targets {
         say(&bar, &format!("{worlds} worlds on stems and in wind"));
-        rows.extend(stems::rows(&gpu, typical, kinds, worlds, substeps, awake)?);
+        rows.extend(stems::rows(&gpu, typical, kinds, worlds, substeps, awake, counters.as_ref())?);
     }
     bar.finish_and_clear();
     let info = gpu.info();

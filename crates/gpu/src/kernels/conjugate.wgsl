@@ -29,6 +29,12 @@ fn conjugate(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_inde
     for (var step = 0u; step <= rules.substeps; step++) {
         substep = step - 1u;
         let mode = select(select(ADVANCE, TEST, step == rules.substeps), LOOK, step == 0u);
+        if BLOWS {
+            if runs {
+                renew_air(warp, mode, is_stale);
+            }
+            meet();
+        }
         if step > 0u {
             found_dot = 0.0;
             for (var k = 0u; k <= LEVELS; k++) {
@@ -44,18 +50,6 @@ fn conjugate(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_inde
                 outward(part_at(level, warp), mode);
             }
             meet();
-        }
-        if BLOWS {
-            if step == 0u {
-                if runs {
-                    sample_air(warp);
-                }
-                meet();
-                if runs {
-                    blow(warp);
-                }
-                meet();
-            }
         }
     }
     conclude(thread, runs);

@@ -22,6 +22,12 @@ fn frame(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) t
     for (var step = 0u; step <= rules.substeps; step++) {
         substep = step - 1u;
         let mode = select(select(ADVANCE, TEST, step == rules.substeps && !SETTLES), LOOK, step == 0u);
+        if BLOWS {
+            if runs {
+                renew_air(warp, mode, is_stale);
+            }
+            storageBarrier();
+        }
         for (var phase = 0u; phase <= 2u * LEVELS; phase++) {
             let level = max(phase, LEVELS) - min(phase, LEVELS);
             let is_trunk = level == 0u;
@@ -36,20 +42,16 @@ fn frame(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) t
             }
             storageBarrier();
         }
-        if BLOWS {
-            if step == 0u {
-                if runs {
-                    sample_air(warp);
-                }
-                storageBarrier();
-                if runs {
-                    blow(warp);
-                }
-                storageBarrier();
-            }
-        }
     }
     conclude(thread, runs);
+}
+
+// Sets the air for the outward pass of a step: that of the present frame where the motion is stale, that of the next one at the end of a frame.
+fn renew_air(warp: u32, mode: u32, is_stale: bool) {
+    let is_end = mode == TEST;
+    if is_end || (mode == LOOK && is_stale) {
+        sample_air(warp, select(rules.frame - 1u, rules.frame, is_end));
+    }
 }
 
 // Stores what the parts of a world have found. Settling leaves motions of another substep, which are stale.

@@ -89,6 +89,11 @@ fn awaited(x: vec4f) -> vec4f {
     return x * f32(min(rules.substeps, 1u));
 }
 
+// The same of numbers in the place of bits, which are no numbers to multiply: a small whole number would become zero.
+fn awaited_bits(x: vec4f) -> vec4f {
+    return bitcast<vec4f>(awaited_words(bitcast<vec4u>(x)));
+}
+
 fn awaited_words(x: vec4u) -> vec4u {
     return x * min(rules.substeps, 1u);
 }
@@ -198,9 +203,14 @@ fn profiles_at() -> u32 {
     return waves_at() + select(0u, rules.waves * quads_of_wave(), WIND);
 }
 
+// First quad of the velocities of the air at the places, behind these shares.
+fn winds_at() -> u32 {
+    return profiles_at() + select(0u, rules.fours * LANES, WIND);
+}
+
 // First quad behind them.
 fn behind_air_at() -> u32 {
-    return profiles_at() + select(0u, rules.fours * LANES, WIND);
+    return winds_at() + select(0u, 4u * rules.fours * LANES, WIND);
 }
 
 fn p_trunk() -> vec3f {

@@ -40,6 +40,64 @@ fn eliminated_of(a: vec4f, b: vec4f, c: vec4f, d: vec4f) -> Eliminated {
     return Eliminated(a.xyz, b.xyz, c.xyz, d.xyz, vec2f(a.w, b.w), vec2f(c.w, d.w));
 }
 
+// What the outward pass reads of a row ahead of its turn.
+struct Ahead {
+    hinge: Hinge,
+    eliminated: Eliminated,
+    operation: vec4u,
+    bits: u32,
+    limit: f32,
+    // Where the air acts anew: the sail of the link and the air there, and the sail of the row after it, which tells the place of its air.
+    sail: vec4f,
+    air: vec4f,
+    later_sail: vec4f,
+}
+
+// That of the first row, waited for.
+fn first_ahead(start: u32, end: u32, mode: u32, presses: bool) -> Ahead {
+    let own = link_at(start);
+    let left = work_at(start);
+    var ahead: Ahead;
+    ahead.hinge = hinge_of(awaited(link(own, LINK_DIRECTION)), awaited(link(own, LINK_Q)));
+    if mode == TEST {
+        ahead.limit = awaited(link(own, LINK_LIMIT)).x;
+    }
+    ahead.eliminated = eliminated_of(
+        awaited(quad(left, WORK_G_1N)),
+        awaited(quad(left, WORK_G_1F)),
+        awaited(quad(left, WORK_G_2N)),
+        awaited(quad(left, WORK_G_2F)),
+    );
+    ahead.operation = awaited_words(operations[operation_at(start)]);
+    ahead.bits = awaited_words(vec4u(states[operation_at(start)])).x;
+    if presses {
+        let airs = airs_at();
+        ahead.sail = awaited_bits(link(air_at(airs, start), AIR_WOOD));
+        ahead.air = awaited(air_of(winds_at(), ahead.sail));
+        ahead.later_sail = awaited_bits(link(air_at(airs, min(start + 1u, end - 1u)), AIR_WOOD));
+    }
+    return ahead;
+}
+
+// All reads for the row after this one, issued at once.
+fn read_ahead(row: u32, end: u32, mode: u32, presses: bool, last: Ahead) -> Ahead {
+    let next = min(row + 1u, end - 1u);
+    var ahead = last;
+    ahead.hinge = read_hinge(link_at(next));
+    if mode == TEST {
+        ahead.limit = link(link_at(next), LINK_LIMIT).x;
+    }
+    ahead.eliminated = read_eliminated(work_at(next));
+    ahead.operation = operations[operation_at(next)];
+    ahead.bits = states[operation_at(next)];
+    if presses {
+        ahead.sail = last.later_sail;
+        ahead.air = air_of(winds_at(), last.later_sail);
+        ahead.later_sail = link(air_at(airs_at(), min(row + 2u, end - 1u)), AIR_WOOD);
+    }
+    return ahead;
+}
+
 // One part of the outward pass: rows from the first to the last.
 fn outward(part: u32, mode: u32) {
     let start = header(TILE_STARTS + part);
@@ -48,28 +106,17 @@ fn outward(part: u32, mode: u32) {
         return;
     }
     var tip: Tip;
+    // The air acts anew at the end of a frame.
+    let presses = select(false, mode != ADVANCE, BLOWS);
     // The next link is read ahead.
-    let first = link_at(start);
-    let first_eliminated = work_at(start);
-    var next = hinge_of(awaited(link(first, LINK_DIRECTION)), awaited(link(first, LINK_Q)));
-    var next_limit = 0.0;
-    if mode == TEST {
-        next_limit = awaited(link(first, LINK_LIMIT)).x;
-    }
-    var next_eliminated = eliminated_of(
-        awaited(quad(first_eliminated, WORK_G_1N)),
-        awaited(quad(first_eliminated, WORK_G_1F)),
-        awaited(quad(first_eliminated, WORK_G_2N)),
-        awaited(quad(first_eliminated, WORK_G_2F)),
-    );
-    var next_operation = awaited_words(operations[operation_at(start)]);
-    var next_bits = awaited_words(vec4u(states[operation_at(start)])).x;
+    var next = first_ahead(start, end, mode, presses);
     for (var row = start; row < end; row++) {
-        var own = next;
-        let eliminated = next_eliminated;
-        let operation = next_operation;
-        let bits = next_bits;
-        let limit = next_limit;
+        let sail = sail_of(next.sail, next.air);
+        var own = next.hinge;
+        let eliminated = next.eliminated;
+        let operation = next.operation;
+        let bits = next.bits;
+        let limit = next.limit;
         if (operation.x & FIRST_ROOT) != 0u {
             tip = ground_tip();
         } else if (operation.x & (FIRST_FROM_SLOT | FIRST_FROM_CROSS)) != 0u {
@@ -84,15 +131,10 @@ fn outward(part: u32, mode: u32) {
             own.v = advanced.v;
             set_link(link_at(row), LINK_Q, vec4f(own.q, own.v));
         }
-        // All reads for the next row are issued at once, after the last wait of this one.
-        let ahead = min(row + 1u, end - 1u);
-        next = read_hinge(link_at(ahead));
-        if mode == TEST {
-            next_limit = link(link_at(ahead), LINK_LIMIT).x;
-        }
-        next_eliminated = read_eliminated(work_at(ahead));
-        next_operation = operations[operation_at(ahead)];
-        next_bits = states[operation_at(ahead)];
+        let first_fruit = (operation.z >> THIRD_FIRST_FRUIT) & 0xfffu;
+        let last_fruit = first_fruit + ((operation.z >> THIRD_FRUIT) & 0x3fu);
+        // After the last wait of this row.
+        next = read_ahead(row, end, mode, presses, next);
         if (operation.x & FIRST_ACTIVE) == 0u {
             continue;
         }
@@ -105,8 +147,6 @@ fn outward(part: u32, mode: u32) {
         tip.motion.b_v += cross(at_joint.b_w, d) + cross(at_joint.w, v_d);
         tip.p += d;
         let is_debris = (bits & STATE_DEBRIS) != 0u;
-        let first_fruit = (operation.z >> THIRD_FIRST_FRUIT) & 0xfffu;
-        let last_fruit = first_fruit + ((operation.z >> THIRD_FRUIT) & 0x3fu);
         for (var k = first_fruit; k < last_fruit; k++) {
             let at = fruit_at(k);
             var stem = read_stem(at);
@@ -118,6 +158,9 @@ fn outward(part: u32, mode: u32) {
                     rod = ended.rod;
                 }
                 rod_start(at, stem, rod, at_joint, p_joint, mode);
+                if presses {
+                    press_fruit(at, stem, sail.air);
+                }
                 continue;
             }
             if mode != LOOK {
@@ -127,14 +170,15 @@ fn outward(part: u32, mode: u32) {
             if mode == TEST {
                 test_stem(at, stem, stretch);
             }
+            if presses {
+                press_fruit(at, stem, sail.air);
+            }
         }
         if mode == TEST {
             test_joint(row, bits, own, limit);
         }
-        if BLOWS {
-            if mode != ADVANCE {
-                expose(row, at_joint.axes.z, at_joint.v + v_d * 0.5);
-            }
+        if presses {
+            press_link(air_at(airs_at(), row), sail, at_joint.axes.z, at_joint.v + v_d * 0.5);
         }
         if is_debris {
             let lift = select(tip.shift.z, 0.0, mode == LOOK);

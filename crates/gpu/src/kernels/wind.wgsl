@@ -14,103 +14,96 @@ struct Four {
     z: vec4f,
 }
 
-// Sets the air of the present frame at a share of a world's places.
-fn sample_air(warp: u32) {
+// Sets the air of a frame at a share of a world's places; `frame` counts from 0.
+fn sample_air(warp: u32, frame: u32) {
     let places = bitcast<u32>(world(WORLD_PLACES));
     // Frames since the wind began.
-    let clock = rules.frame - 1u - bitcast<u32>(world(WORLD_BEGAN));
-    let airs = airs_at();
+    let clock = frame - bitcast<u32>(world(WORLD_BEGAN));
+    let winds = winds_at();
     for (var four = warp; 4u * four < places; four += WARPS) {
         var air = gusts(four, clock);
         for (var k = 4u * four; k < min(4u * four + 4u, places); k++) {
-            let at = air_at(airs, k);
-            set_link(at, AIR_WIND, vec4f(air.x.x, air.y.x, air.z.x, link(at, AIR_WIND).w));
+            links[winds + k * LANES] = vec4f(air.x.x, air.y.x, air.z.x, 0.0);
             air = Four(air.x.yzwx, air.y.yzwx, air.z.yzwx);
         }
     }
 }
 
-// Sets the forces of the air for the present frame on a share of a world's links and fruit.
-fn blow(warp: u32) {
-    let airs = airs_at();
-    let rows = header(TILE_STARTS + PARTS);
-    for (var k = warp; k < rows; k += WARPS) {
-        let at = air_at(airs, k);
-        press_link(at, k, wind_at(airs, link(at, AIR_WIND).w));
-    }
-    for (var k = warp; k < bitcast<u32>(world(WORLD_FRUIT)); k += WARPS) {
-        let at = fruit_at(k);
-        press_fruit(at, wind_at(airs, fruit(at, gust_field()).w));
-    }
-}
-
-// Velocity of the air at a place, given by bits.
-fn wind_at(airs: u32, place: f32) -> vec3f {
-    return link(air_at(airs, bitcast<u32>(place)), AIR_WIND).xyz;
-}
-
-// Air at four places.
+// Air at four places. A wave is `C cos t + S sin t` with the phase `t` at the place less the turn back in time: cosine and sine of the former are stored, those of the latter are the
+// same at all places.
 fn gusts(four: u32, clock: u32) -> Four {
     var sum = Four(vec4f(rules.wind_x), vec4f(rules.wind_y), vec4f(0.0));
     var at = waves_at();
     let phases = (WAVE_FIELDS / QUAD + four) * LANES;
     for (var k = 0u; k < rules.waves; k++) {
         let wave = links[at + WAVE_COSINE / QUAD * LANES];
-        let cosine = wave.xyz;
         let sine = links[at + WAVE_SINE / QUAD * LANES].xyz;
-        // Whole numbers keep the phase exact in any frame.
-        let back = f32(bitcast<i32>(bitcast<u32>(wave.w) * clock)) * PER_TURN;
-        let turns = links[at + phases] - back;
+        let packed = bitcast<vec4u>(links[at + phases]);
         at += quads_of_wave();
-        // Sine and cosine of the whole turn from those of half of it.
-        let part = turns - round(turns);
-        let z = part * part;
-        let s = part * turn_polynomial(TURN_SINE, z);
-        let c = turn_polynomial(TURN_COSINE, z);
-        let sines = s * c * 2.0;
-        let cosines = 1.0 - s * s * 2.0;
-        sum.x += cosines * cosine.x + sines * sine.x;
-        sum.y += cosines * cosine.y + sines * sine.y;
-        sum.z += cosines * cosine.z + sines * sine.z;
+        // Whole numbers keep the turn exact in any frame.
+        let back = turned_by(f32(bitcast<i32>(bitcast<u32>(wave.w) * clock)) * PER_TURN);
+        let by_cosine = wave.xyz * back.x - sine * back.y;
+        let by_sine = wave.xyz * back.y + sine * back.x;
+        let a = unpack2x16snorm(packed.x);
+        let b = unpack2x16snorm(packed.y);
+        let c = unpack2x16snorm(packed.z);
+        let d = unpack2x16snorm(packed.w);
+        let cosines = vec4f(a.x, b.x, c.x, d.x);
+        let sines = vec4f(a.y, b.y, c.y, d.y);
+        sum.x += cosines * by_cosine.x + sines * by_sine.x;
+        sum.y += cosines * by_cosine.y + sines * by_sine.y;
+        sum.z += cosines * by_cosine.z + sines * by_sine.z;
     }
     let profile = links[profiles_at() + four * LANES];
     return Four(sum.x * profile, sum.y * profile, sum.z * profile);
 }
 
-fn turn_polynomial(c: array<f32, 5>, x: vec4f) -> vec4f {
+// Cosine and sine of a part of a turn, from -1/2 to 1/2, by those of half of it.
+fn turned_by(part: f32) -> vec2f {
+    let z = part * part;
+    let s = part * turn_polynomial(TURN_SINE, z);
+    let c = turn_polynomial(TURN_COSINE, z);
+    return vec2f(1.0 - s * s * 2.0, s * c * 2.0);
+}
+
+fn turn_polynomial(c: array<f32, 5>, x: f32) -> f32 {
     return (((c[0] * x + c[1]) * x + c[2]) * x + c[3]) * x + c[4];
 }
 
-// Keeps what the wind needs of a link at the end of a frame: its axis, and the velocity of its centre of mass.
-fn expose(row: u32, z: vec3f, v: vec3f) {
-    let at = air_at(airs_at(), row);
-    set_link(at, AIR_V, vec4f(v, z.x));
-    links[at + AIR_Z / QUAD * LANES].z = z.y;
-    links[at + AIR_Z / QUAD * LANES].w = z.z;
+// What the wind takes hold of on a link, and the air there.
+struct Sail {
+    // Half air density times drag coefficient times area of wood and of leaves [kg/m].
+    wood: f32,
+    leaves: f32,
+    // 1 over the mass of the link [1/kg].
+    per_mass: f32,
+    air: vec3f,
 }
 
-// Drag of a link's wood and leaves in air of a velocity. The link's own part of the speed is taken implicitly, as a drag of the link.
-fn press_link(at: u32, row: u32, velocity: vec3f) {
-    let motion = link(at, AIR_V);
-    let sail = link(at, AIR_WOOD);
-    let v = motion.xyz;
-    let z = vec3f(motion.w, sail.zw);
-    let w = velocity - v;
+fn sail_of(quad: vec4f, air: vec4f) -> Sail {
+    return Sail(quad.x, quad.y, quad.z, air.xyz);
+}
+
+// The air of the place of a link, from what is stored of its sail.
+fn air_of(winds: u32, sail: vec4f) -> vec4f {
+    return links[winds + bitcast<u32>(sail.w) * LANES];
+}
+
+// Drag of a link's wood and leaves; `z` is its axis and `v` the velocity of its centre of mass. The link's own part of the speed is taken implicitly, as a drag of the link.
+fn press_link(at: u32, sail: Sail, z: vec3f, v: vec3f) {
+    let w = sail.air - v;
     let across = w - z * dot(w, z);
-    let of_wood = sail.x * length(across);
-    let of_leaves = sail.y * min(length(w), rules.folding_speed);
+    let of_wood = sail.wood * length(across);
+    let of_leaves = sail.leaves * min(length(w), rules.folding_speed);
     let force = across * of_wood + w * of_leaves + v * (of_wood + of_leaves);
-    let mass = max(link(link_at(row), LINK_MASS).x, TINY);
-    set_link(at, AIR_IMPULSE, vec4f(force * rules.h, rules.linear_drag + (of_wood + of_leaves) / mass));
+    set_link(at, AIR_IMPULSE, vec4f(force * rules.h, rules.linear_drag + (of_wood + of_leaves) * sail.per_mass));
 }
 
-// Drag of a hanging fruit, as the change of velocity that it would give a free one in a substep. Fruit off its stem feels still air.
-fn press_fruit(at: u32, velocity: vec3f) {
-    let numbers = fruit(at, FRUIT_MASS);
-    let w = velocity - fruit(at, FRUIT_V).xyz;
-    let hangs = bitcast<u32>(fruit(at, FRUIT_P).w) == 0u && fruit(at, FRUIT_STIFFNESS).x > 0.0;
-    let change = w * (numbers.w * length(w) * rules.h / numbers.x);
-    set_fruit(at, gust_field(), vec4f(select(vec3f(0.0), change, hangs), fruit(at, gust_field()).w));
+// Drag of a hanging fruit in the air of its link, as the change of velocity that it would give a free one in a substep. Fruit off its stem feels still air.
+fn press_fruit(at: u32, stem: Stem, air: vec3f) {
+    let w = air - stem.v;
+    let change = w * (stem.air_drag * length(w) * rules.h / stem.mass);
+    set_fruit(at, gust_field(), vec4f(select(vec3f(0.0), change, stem.stiffness > 0.0), 0.0));
 }
 
 fn gust_on(at: u32) -> vec3f {

@@ -186,8 +186,6 @@ fields! {
     }
     /// Behind the other fields of a fruit's row, in worlds with wind: change of a free fruit's velocity by the wind in a substep [m/s] (3).
     gust {
-        /// Number of the fruit's place in the air, stored as the bits of a float.
-        PLACE = 3,
         /// Number of fields.
         FIELDS = 4,
     }
@@ -197,23 +195,20 @@ fields! {
         IMPULSE = 0,
         /// Drag of translation then [1/s].
         DRAG = 3,
-        /// Velocity of the centre of mass at the end of the last frame [m/s] (3), and the first number of the axis.
-        V = 4,
         /// Half air density times drag coefficient times area of its wood across the wind [kg/m].
-        WOOD = 8,
+        WOOD = 4,
         /// Half air density times drag coefficient times area of its leaves [kg/m].
-        LEAVES = 9,
-        /// Second and third number of its axis.
-        Z = 10,
-        /// Velocity of the air [m/s] (3) at the place whose number is that of the row.
-        WIND = 12,
+        LEAVES = 5,
+        /// 1 over the mass of the link [1/kg].
+        PER_MASS = 6,
         /// Place of the link, as bits.
-        PLACE = 15,
+        PLACE = 7,
         /// Number of fields.
-        FIELDS = 16,
+        FIELDS = 8,
     }
-    /// A wave of a world's gusts, in worlds with wind: `C cos t + S sin t` with `t` the phase at a place and time. Behind it are its phases in frame 0
-    /// \[turns\] at all places, and behind all waves the shares of the mean speed there.
+    /// A wave of a world's gusts, in worlds with wind: `C cos t + S sin t` with `t` the phase at a place and time. Behind it are cosine and sine of its phase in
+    /// frame 0 at all places, 16 bits each; behind all waves the shares of the mean speed at the places, and behind these the velocity of the air there [m/s] (3,
+    /// and a free number).
     wave {
         /// C [m/s] (3).
         COSINE = 0,

@@ -1,9 +1,12 @@
 //! Wind of the worlds of a batch.
 
+use std::f64::consts::TAU;
+
 use orchard_batch::TreeWorld;
+use orchard_geometry::math;
 
 use super::{Memory, Place};
-use crate::layout::{QUAD, air, gust, link, tile, wave, world};
+use crate::layout::{QUAD, air, link, tile, wave, world};
 use crate::schedule::PARTS;
 
 impl Memory {
@@ -14,18 +17,19 @@ impl Memory {
         let (wind, places) = (weather.wind(), weather.sail().places());
         let of_tile = self.header(number, tile::STARTS + PARTS);
         let airs = of_tile * (link::FIELDS + self.laws.behind_links()[0]);
-        let bits = |place: usize| f32::from_bits(place as u32);
         for (segment, row) in place.rows.iter().enumerate() {
-            let [wood, leaves] = weather.sail().of(segment).map(|area| area as f32);
-            let own = bits(places.of_segment(segment));
-            for (field, value) in [(air::WOOD, wood), (air::LEAVES, leaves), (air::PLACE, own)] {
+            let [wood, leaves] = weather.sail().of(segment);
+            let per_mass = 1.0 / plant.model.body(plant.tree.bodies[segment]).inertia.mass;
+            let place = f32::from_bits(places.of_segment(segment) as u32);
+            for (field, value) in [
+                (air::WOOD, wood as f32),
+                (air::LEAVES, leaves as f32),
+                (air::PER_MASS, per_mass as f32),
+                (air::PLACE, place),
+            ] {
                 let at = self.behind_links_at(number, airs + row * air::FIELDS + field, lane);
                 self.links[at] = value;
             }
-        }
-        for (fruit, &row) in plant.fruit.fruit.iter().zip(place.fruit_rows.iter()) {
-            let at = self.fruit_at(number, row, self.laws.gust_field() + gust::PLACE, lane);
-            self.fruit[at] = bits(places.of_segment(fruit.segment));
         }
         let waves = airs + of_tile * air::FIELDS;
         let stride = wave::FIELDS + QUAD * self.rules.fours as usize;
@@ -37,7 +41,7 @@ impl Memory {
                 numbers.push((wave::SINE + axis, of_wave.sine[axis] as f32));
             }
             for (n, p_world) in places.p_world().iter().enumerate() {
-                numbers.push((wave::FIELDS + n, of_wave.turns_at(p_world) as f32));
+                numbers.push((wave::FIELDS + n, packed(TAU * of_wave.turns_at(p_world))));
             }
             for (field, value) in numbers {
                 let at = self.behind_links_at(number, waves + k * stride + field, lane);
@@ -56,4 +60,14 @@ impl Memory {
             self.worlds[at] = f32::from_bits(value);
         }
     }
+}
+
+/// Largest whole number that stands for a cosine.
+const ONE: f64 = 32_767.0;
+
+/// Cosine and sine of a phase \[rad\], 16 bits each, to 1.6e-5, as the bits of a number that `unpack2x16snorm` reads.
+fn packed(phase: f64) -> f32 {
+    let (sine, cosine) = math::sin_cos(phase);
+    let [low, high] = [cosine, sine].map(|x| (x * ONE).round() as i16 as u16);
+    f32::from_bits(u32::from(high) << 16 | u32::from(low))
 }

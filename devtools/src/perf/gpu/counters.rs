@@ -51,8 +51,17 @@ impl Counters {
         }
     }
 
+    /// The rows of the counters of a batch, if there are counters; says why not on the error stream.
+    pub fn rows_of(counters: Option<&Self>, name: &str, batch: &mut GpuBatch) -> Vec<Row> {
+        let Some(counters) = counters else { return Vec::new() };
+        counters.rows(name, batch).unwrap_or_else(|why| {
+            eprintln!("NO COUNTERS of {name}: {why:#}");
+            Vec::new()
+        })
+    }
+
     /// Runs a batch for two seconds and returns the rows of the counters.
-    pub fn rows(&self, name: &str, batch: &mut GpuBatch) -> anyhow::Result<Vec<Row>> {
+    fn rows(&self, name: &str, batch: &mut GpuBatch) -> anyhow::Result<Vec<Row>> {
         let device = self.nvml.device_by_index(self.device)?;
         batch.advance(FRAMES);
         batch.wait()?;

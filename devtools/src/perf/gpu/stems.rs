@@ -4,6 +4,7 @@ use orchard_gpu::{Gpu, GpuBatch};
 
 use super::super::physics::forest::{Hold, Planting};
 use super::super::timing::{Rounds, Side, alternate};
+use super::counters::Counters;
 use super::{FRAMES, ROUNDS, WARM_UP, rate_of, repeated, wake};
 use orchard_program::rows::Row;
 
@@ -18,6 +19,7 @@ pub fn rows(
     worlds: usize,
     substeps: f64,
     awake: f64,
+    counters: Option<&Counters>,
 ) -> anyhow::Result<Vec<Row>> {
     let mut batches = Vec::new();
     for hold in Hold::ALL {
@@ -35,12 +37,14 @@ pub fn rows(
         sides.push(Box::new(move || Ok(rate_of(batch, FRAMES)? * worlds as f64 * substeps)));
     }
     let figures: Vec<Rounds> = alternate(ROUNDS, &mut sides)?;
+    drop(sides);
     let mut rows = Vec::new();
-    for ((hold, own), bytes) in Hold::ALL.into_iter().zip(&figures).zip(bytes) {
+    for (((hold, own), bytes), batch) in Hold::ALL.into_iter().zip(&figures).zip(bytes).zip(&mut batches) {
         let name = format!("gpu.{}_{worlds}", hold.name());
         let rate = Row::measured(&name, own.median(), "substeps/s");
         rows.push(Row { spread: Some(own.spread()), ..rate });
         rows.push(Row::measured(&format!("{name}.memory"), bytes, "bytes"));
+        rows.extend(Counters::rows_of(counters, &name, batch));
         if hold != Hold::Tethers {
             let shares = own.over(&figures[0]);
             let share = Row::measured(&format!("{name}.share"), shares.median(), "1");
