@@ -179,6 +179,7 @@ fn two_trees(plan: &DetectPlan) -> Vec<DetectRecord> {
         r_world_camera: [0.0, 0.0, 0.0, 1.0],
         fruit,
         detections,
+        below_threshold: Vec::new(),
     };
     let track = |fruit, confirmed| TrackRecord { p_world: [0.0; 3], radius: 0.03, hits: 1, confirmed, fruit };
     let keys = plan.keys();
@@ -215,6 +216,7 @@ fn closed_forms() {
         ("false_positives_per_view", 1.0, 3),
         ("wood_false_positives_per_view", 1.0 / 3.0, 3),
         ("radius_bias_m", -0.001, 2),
+        ("diameter_error_m", 0.004, 2),
         ("survey_recall", 1.0 / 2.0, 2),
         ("survey_recall_all", 2.0 / 4.0, 4),
         ("track_precision", 1.0 / 2.0, 2),
