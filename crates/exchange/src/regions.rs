@@ -205,17 +205,26 @@ fn boxed(
     if !(w > 0.0 && h > 0.0) {
         return refuse(field, format!("{value} has no area"));
     }
-    // A pixel's centre is half a pixel from its corner; a cast saturates.
-    let span = |low: f64, length: f64, size: usize| {
-        let first = ((low - 0.5).ceil().max(0.0) as usize).min(size);
-        let end = ((low + length - 0.5).floor() + 1.0).max(0.0) as usize;
-        (first, end.clamp(first, size))
-    };
-    let ((left, right), (top, bottom)) = (span(x, w, width), span(y, h, height));
-    if left == right || top == bottom {
-        return refuse(field, format!("{value} holds no pixel of the image of {width} x {height}"));
+    match Region::of_box([x, y, w, h], (width, height), None) {
+        Some(Region { left, top, inside, .. }) => Ok((left, top, inside)),
+        None => refuse(field, format!("{value} holds no pixel of the image of {width} x {height}")),
     }
-    Ok((left, top, Image::filled(right - left, bottom - top, true)))
+}
+
+impl Region {
+    /// Pixels of an image of `size` whose centres lie in a box (left, top, width, height), the corner of the first pixel at (0, 0); `None` if
+    /// there are none.
+    pub fn of_box([x, y, w, h]: [f64; 4], size: (usize, usize), score: Option<f64>) -> Option<Self> {
+        // A pixel's centre is half a pixel from its corner; a cast saturates.
+        let span = |low: f64, length: f64, size: usize| {
+            let first = ((low - 0.5).ceil().max(0.0) as usize).min(size);
+            let end = ((low + length - 0.5).floor() + 1.0).max(0.0) as usize;
+            (first, end.clamp(first, size))
+        };
+        let ((left, right), (top, bottom)) = (span(x, w, size.0), span(y, h, size.1));
+        let inside = || Image::filled(right - left, bottom - top, true);
+        (left < right && top < bottom).then(|| Self { left, top, inside: inside(), score })
+    }
 }
 
 /// Reads regions from a label image, a PNG of 8 or 16 bits, grey or by palette: pixels of one value other than 0 are one region.

@@ -1,7 +1,10 @@
 //! `orchard detect`: the detector on a depth image in a file.
 
+#[cfg(feature = "recording")]
+mod bag;
 mod census;
 mod input;
+mod onnx;
 mod overlay;
 mod regions;
 
@@ -29,13 +32,15 @@ use crate::picture_file;
                   The result is JSON in metres and pixels; p_camera is the centre of a fruit with x right, y down and z\n\
                   forward. With --camera-height, pixels of level ground are left out; --up is the vertical in the camera's\n\
                   axes, 0,-1,0 for a level camera. Detections are sorted by score, the probability that a sphere is a fruit; with\n\
-                  --boxes or --masks it is the file's score if there is one. --camera NAME takes the detector made for a real camera.\n\
+                  --boxes, --masks or --onnx it is that detector's score if there is one. --camera NAME takes the detector made for a real camera.\n\
                   Measured shares, refusals by gate and warnings go to the error output and into the result (image).\n\
                   docs/perception.md is for users of real images, docs/computation/perception.md defines score and gates.\n\n\
                   Examples:\n  orchard detect --depth depth.png --intrinsics camera.json\n  \
                   orchard detect --depth depth.png --intrinsics camera.json --camera azure-kinect --picture seen.png --all\n  \
                   orchard detect --depth d.tiff --intrinsics info.yaml --camera d435i --boxes yolo.json --colour c.jpg --picture seen.png\n  \
                   orchard detect --depth depth.png --intrinsics camera.json --range 0.4,2.5 --radius 0.02,0.045\n  \
+                  orchard detect --depth d.png --intrinsics k.json --camera azure-kinect --colour c.jpg --onnx apples.onnx\n  \
+                  orchard detect --mcap bag.mcap --topic /camera/depth/image_rect_raw --camera d435i --out found.mcap\n  \
                   orchard detect --depth depth.png --intrinsics camera.json --camera-height 1.1 --up 0,-0.94,-0.34"
 )]
 pub struct Args {
@@ -43,6 +48,9 @@ pub struct Args {
     input: input::InputArgs,
     #[command(flatten)]
     regions: regions::RegionArgs,
+    #[cfg(feature = "recording")]
+    #[command(flatten)]
+    bag: bag::BagArgs,
     /// Also list the rejected spheres, each with the first gate that rejected it
     #[arg(long)]
     all: bool,
@@ -50,8 +58,8 @@ pub struct Args {
     /// has all colours
     #[arg(long, value_name = "FILE.png")]
     picture: Option<PathBuf>,
-    /// JSON file to write; - prints to the terminal
-    #[arg(long, value_name = "FILE.json", default_value = "-")]
+    /// JSON file to write, or with --mcap an MCAP file; - prints to the terminal
+    #[arg(long, value_name = "FILE", default_value = "-")]
     out: PathBuf,
 }
 
@@ -63,7 +71,7 @@ struct Report {
     /// The detector's config.
     config: String,
     image: Census,
-    /// Regions given by --boxes or --masks, and of these those with a sphere.
+    /// Regions given by --boxes, --masks or --onnx, and of these those with a sphere.
     #[serde(skip_serializing_if = "Option::is_none")]
     regions: Option<Fitted>,
     detections: Vec<Sphere>,
@@ -123,11 +131,22 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(picture) = &args.picture {
         picture_file::check("--picture", picture)?;
     }
+    #[cfg(feature = "recording")]
+    args.bag.check()?;
+    #[cfg(feature = "recording")]
+    if let Some(file) = &args.bag.mcap {
+        return bag::run(&args.bag, file, &args.input, &args.out);
+    }
     args.regions.check()?;
+    if let Some(file) =
+        args.input.colour.as_ref().filter(|_| args.picture.is_none() && !args.regions.use_colour())
+    {
+        return Err(Failure::BadInput(format!("--colour {}: needs --picture or --onnx", file.display())));
+    }
     let input = args.input.read()?;
-    let images = [Some(&args.input.depth), args.input.colour.as_ref()];
+    let images = [args.input.depth.as_ref(), args.input.colour.as_ref()];
     let images: Vec<&Path> = images.into_iter().flatten().map(PathBuf::as_path).collect();
-    let regions = args.regions.read(&input.intrinsics, input.lens.as_ref(), &images)?;
+    let regions = args.regions.read(&input, &images)?;
     let found = find(&input, regions.as_deref())?;
     let accepted: Vec<&Detection> = found.accepted.iter().map(|(d, _)| d).collect();
     let range = input.config.segmentation.range.si();

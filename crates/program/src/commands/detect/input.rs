@@ -18,16 +18,20 @@ use crate::failure::Failure;
 pub struct InputArgs {
     /// Depth image: 16-bit grey PNG, TIFF, NumPy .npy or .npz
     #[arg(long, value_name = "IMAGE")]
-    pub depth: PathBuf,
+    #[cfg_attr(feature = "recording", arg(required_unless_present = "mcap"))]
+    #[cfg_attr(not(feature = "recording"), arg(required = true))]
+    pub depth: Option<PathBuf>,
     /// Intrinsics of the camera: JSON or YAML of ROS, RealSense, Open3D, BOP, or our own
     #[arg(long, value_name = "FILE")]
-    pub intrinsics: PathBuf,
+    #[cfg_attr(feature = "recording", arg(required_unless_present = "mcap"))]
+    #[cfg_attr(not(feature = "recording"), arg(required = true))]
+    intrinsics: Option<PathBuf>,
     /// Depth of pixel value 1 [m]; by default that of the intrinsics file (BOP's depth_scale), else 0.001 for whole numbers and 1 for
     /// floating-point numbers
     #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
     pub unit: Option<f64>,
-    /// Colour image of the same view and size, PNG or JPEG, for --picture
-    #[arg(long, value_name = "IMAGE", requires = "picture")]
+    /// Colour image of the same view and size, PNG or JPEG, for --picture or --onnx
+    #[arg(long, value_name = "IMAGE")]
     pub colour: Option<PathBuf>,
     /// Working range in depth [m] instead of the detector's own
     #[arg(long, value_name = "A,B", value_parser = pair, allow_hyphen_values = true)]
@@ -83,7 +87,7 @@ impl InputArgs {
     }
 
     /// The detector of `--camera` or `--detector`.
-    fn detector(&self) -> Result<DetectorConfig, Failure> {
+    pub fn detector(&self) -> Result<DetectorConfig, Failure> {
         if let Some(camera) = &self.camera {
             CameraSpec::named(camera).map_err(|e| Failure::BadInput(format!("--camera {camera}: {e}")))?;
         }
@@ -104,32 +108,32 @@ impl InputArgs {
         Ok(config)
     }
 
+    /// Checks `--unit`.
+    pub fn check_unit(&self) -> Result<(), Failure> {
+        self.unit.map_or(Ok(()), |unit| within("--unit", unit, &UNITS))
+    }
+
     /// Reads all files; an error names the option, file, field and range.
     pub fn read(&self) -> Result<Input, Failure> {
-        let within = |option, value: f64, range: &std::ops::RangeInclusive<f64>| {
-            let (low, high) = (range.start(), range.end());
-            let bad =
-                || Failure::BadInput(format!("{option} {value}: the allowed range is [{low}, {high}] m"));
-            range.contains(&value).then_some(()).ok_or_else(bad)
+        let (Some(depth_file), Some(intrinsics_file)) = (&self.depth, &self.intrinsics) else {
+            return Err(Failure::BadInput("--depth and --intrinsics are needed".to_owned()));
         };
-        if let Some(unit) = self.unit {
-            within("--unit", unit, &UNITS)?;
-        }
+        self.check_unit()?;
         if let Some(height) = self.camera_height {
             within("--camera-height", height, &HEIGHTS)?;
         }
         let config = self.detector()?;
         let raw =
-            depth_image::read(&bytes("--depth", &self.depth)?).map_err(|e| bad("--depth", &self.depth, e))?;
-        let text = orchard_input::text(&self.intrinsics, orchard_input::CONFIG)
-            .map_err(|e| bad("--intrinsics", &self.intrinsics, e))?;
-        let number = self.depth.file_stem().and_then(|stem| stem.to_string_lossy().parse().ok());
+            depth_image::read(&bytes("--depth", depth_file)?).map_err(|e| bad("--depth", depth_file, e))?;
+        let text = orchard_input::text(intrinsics_file, orchard_input::CONFIG)
+            .map_err(|e| bad("--intrinsics", intrinsics_file, e))?;
+        let number = depth_file.file_stem().and_then(|stem| stem.to_string_lossy().parse().ok());
         let camera = intrinsics::read_camera(&text, &OfImage { size: Some(raw.size()), number })
-            .map_err(|e| bad("--intrinsics", &self.intrinsics, e))?;
+            .map_err(|e| bad("--intrinsics", intrinsics_file, e))?;
         let (intrinsics, lens) = (camera.intrinsics, camera.lens);
-        self.same_size("--depth", &self.depth, raw.size(), &intrinsics)?;
+        self.same_size("--depth", depth_file, raw.size(), &intrinsics)?;
         let unit = self.unit.or(camera.unit).unwrap_or(raw.usual_unit());
-        let mut depth = raw.depth(unit).map_err(|e| bad("--depth", &self.depth, e))?;
+        let mut depth = raw.depth(unit).map_err(|e| bad("--depth", depth_file, e))?;
         let mut colour = self.read_colour(&intrinsics)?;
         if let Some(lens) = &lens {
             depth = lens.undone(&depth, &intrinsics, 0.0);
@@ -182,12 +186,18 @@ impl InputArgs {
         }
         let problem = format!(
             "is {width} x {height}, but --intrinsics {} is for {} x {}",
-            self.intrinsics.display(),
+            self.intrinsics.as_deref().unwrap_or(Path::new("-")).display(),
             k.width,
             k.height
         );
         Err(bad(option, file, problem))
     }
+}
+
+fn within(option: &str, value: f64, range: &std::ops::RangeInclusive<f64>) -> Result<(), Failure> {
+    let (low, high) = (range.start(), range.end());
+    let bad = || Failure::BadInput(format!("{option} {value}: the allowed range is [{low}, {high}] m"));
+    range.contains(&value).then_some(()).ok_or_else(bad)
 }
 
 pub fn bytes(option: &str, file: &Path) -> Result<Vec<u8>, Failure> {

@@ -1,14 +1,19 @@
-//! Regions by a learned detector: `--boxes` and `--masks`.
+//! Regions by a learned detector: `--boxes`, `--masks` and `--onnx`.
 
 use std::path::{Path, PathBuf};
 
 use orchard_exchange::intrinsics::Lens;
 use orchard_exchange::regions::{self, OfImage, Shape};
 use orchard_geometry::{Image, Intrinsics};
+use orchard_network::Network;
 use orchard_perception::Region;
 
-use super::input::{bad, bytes};
+use super::input::{Input, bad, bytes};
+use super::onnx;
 use crate::failure::Failure;
+
+/// Largest network \[bytes\]: 30 million weights of 32 bits.
+const LARGEST_NETWORK: u64 = 120_000_000;
 
 #[derive(clap::Args)]
 pub struct RegionArgs {
@@ -18,6 +23,12 @@ pub struct RegionArgs {
     /// Masks in which another detector found fruit: COCO JSON (polygons, run lengths), or a PNG of labels (0 is none)
     #[arg(long, value_name = "FILE.json|FILE.png")]
     masks: Option<PathBuf>,
+    /// Learned detector in ONNX format (a YOLO export), run on the image of --colour; spheres are fitted only in its boxes
+    #[arg(long, value_name = "MODEL.onnx", requires = "colour", conflicts_with_all = ["boxes", "masks"])]
+    onnx: Option<PathBuf>,
+    /// Least score of a box of --onnx
+    #[arg(long, value_name = "SCORE", default_value_t = 0.25, requires = "onnx")]
+    least_score: f64,
     /// Number of the image in a COCO file of several (its image_id); by default that of the file name of --depth or --colour
     #[arg(long, value_name = "N")]
     image_id: Option<u64>,
@@ -30,8 +41,19 @@ pub struct Found {
 }
 
 impl RegionArgs {
+    /// True if a colour image is used.
+    pub fn use_colour(&self) -> bool {
+        self.onnx.is_some()
+    }
+
     /// Checks what the options demand of each other.
     pub fn check(&self) -> Result<(), Failure> {
+        if !(0.0..=1.0).contains(&self.least_score) {
+            return Err(Failure::BadInput(format!(
+                "--least-score {}: the allowed range is [0, 1]",
+                self.least_score
+            )));
+        }
         match self.image_id {
             Some(id) if self.boxes.is_none() && self.masks.is_none() => {
                 Err(Failure::BadInput(format!("--image-id {id}: needs --boxes or --masks")))
@@ -40,14 +62,21 @@ impl RegionArgs {
         }
     }
 
-    /// Reads the regions of the image of intrinsics `k`, whose files are `images`; `None` without the options. They are brought to the
-    /// pinhole's image if the lens distorts.
-    pub fn read(
-        &self,
-        k: &Intrinsics,
-        lens: Option<&Lens>,
-        images: &[&Path],
-    ) -> Result<Option<Vec<Found>>, Failure> {
+    /// Reads the regions of the image, whose files are `images`, or finds them by a network; `None` without the options. They are in the
+    /// pinhole's image.
+    pub fn read(&self, input: &Input, images: &[&Path]) -> Result<Option<Vec<Found>>, Failure> {
+        let (k, lens) = (&input.intrinsics, input.lens.as_ref());
+        if let (Some(file), Some(colour)) = (&self.onnx, &input.colour) {
+            let told = |e: String| bad("--onnx", file, e);
+            let model = orchard_input::bytes(file, LARGEST_NETWORK).map_err(|e| told(e.to_string()))?;
+            let network = Network::from_bytes(&model).map_err(|e| told(e.to_string()))?;
+            let found = onnx::boxes(&network, colour, self.least_score).map_err(told)?;
+            let of_image = |region| {
+                let (region, score) = of_file(region);
+                Found { region, score }
+            };
+            return Ok(Some(found.into_iter().map(of_image).collect()));
+        }
         let (option, file, shape) = match (&self.boxes, &self.masks) {
             (Some(file), _) => ("--boxes", file, Shape::Boxes),
             (None, Some(file)) => ("--masks", file, Shape::Masks),

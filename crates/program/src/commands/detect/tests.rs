@@ -193,5 +193,8 @@ fn what_cannot_be_used_is_told_with_file_field_and_range() {
     }
 }
 
+#[cfg(feature = "recording")]
+mod bags;
 mod formats;
 mod in_regions;
+mod networks;
