@@ -27,6 +27,6 @@ pub use detect::{Candidate, Detection, candidates, detect};
 pub use error::PerceptionError;
 pub use evidence::Evidence;
 pub use gates::Gate;
-pub use region::{Region, fit_regions};
+pub use region::{Region, box_overlap, fit_regions};
 pub use sphere::Sphere;
 pub use track::{Sighting, Track, Tracker};

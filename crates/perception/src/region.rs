@@ -73,7 +73,7 @@ fn fit(
         let d = &mut candidate.detection;
         d.center_px = (d.center_px.0 + columns.0 as f64, d.center_px.1 + rows.0 as f64);
         let reach = (d.radius / d.p_camera.z * k.fx, d.radius / d.p_camera.z * k.fy);
-        let overlap = overlap(
+        let overlap = box_overlap(
             [d.center_px.0 - reach.0, d.center_px.1 - reach.1, 2.0 * reach.0, 2.0 * reach.1],
             [region.left as f64 - 0.5, region.top as f64 - 0.5, size.0 as f64, size.1 as f64],
         );
@@ -91,8 +91,8 @@ fn widened(first: usize, length: usize, size: usize) -> (usize, usize) {
     (first.saturating_sub(margin), first.saturating_add(length).saturating_add(margin).min(size))
 }
 
-/// Intersection over union of two boxes (left, top, width, height).
-fn overlap(a: [f64; 4], b: [f64; 4]) -> f64 {
+/// Intersection over union of two boxes (left, top, width, height); 0 without an area.
+pub fn box_overlap(a: [f64; 4], b: [f64; 4]) -> f64 {
     let common = |k: usize| ((a[k] + a[k + 2]).min(b[k] + b[k + 2]) - a[k].max(b[k])).max(0.0);
     let both = common(0) * common(1);
     let union = a[2] * a[3] + b[2] * b[3] - both;
@@ -183,8 +183,8 @@ mod tests {
 
     #[test]
     fn overlap_by_hand() {
-        assert_eq!(overlap([0.0, 0.0, 2.0, 2.0], [1.0, 1.0, 2.0, 2.0]), 1.0 / 7.0);
-        assert_eq!(overlap([0.0, 0.0, 2.0, 2.0], [5.0, 1.0, 2.0, 2.0]), 0.0);
-        assert_eq!(overlap([0.0; 4], [0.0; 4]), 0.0);
+        assert_eq!(box_overlap([0.0, 0.0, 2.0, 2.0], [1.0, 1.0, 2.0, 2.0]), 1.0 / 7.0);
+        assert_eq!(box_overlap([0.0, 0.0, 2.0, 2.0], [5.0, 1.0, 2.0, 2.0]), 0.0);
+        assert_eq!(box_overlap([0.0; 4], [0.0; 4]), 0.0);
     }
 }

@@ -14,7 +14,6 @@ use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 
-use mcap::McapError;
 use mcap::parse_record;
 use mcap::records::Record;
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
@@ -22,7 +21,7 @@ use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 pub use detections::{Detected, DetectionBag};
 pub use messages::{CameraInfo, ImageHeader, RosImage};
 
-use crate::read::RecordingError;
+use crate::read::{RecordingError, problem};
 
 /// Longest record and largest uncompressed chunk \[bytes\]: an image of 100 million pixels of 16 bits, with others around it.
 const LONGEST_RECORD: usize = 256 << 20;
@@ -161,13 +160,3 @@ fn message(
 
 /// Encoding of messages of ROS 2.
 const ENCODING: &str = "cdr";
-
-/// An error of the format, in words.
-fn problem(path: &Path, e: McapError) -> RecordingError {
-    let path = path.to_owned();
-    match e {
-        McapError::BadMagic => RecordingError::NotMcap { path },
-        McapError::Io(e) => RecordingError::Io { path, source: e.into() },
-        e => RecordingError::Damaged { path, problem: e.to_string() },
-    }
-}

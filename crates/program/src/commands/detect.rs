@@ -85,7 +85,7 @@ struct Fitted {
     with_sphere: usize,
 }
 
-/// Sphere of a region: number of the region in the file, score by the fit, and the gate that would have refused it elsewhere.
+/// Sphere of a region: its number among those of the image, score by the fit, and the gate that would have refused it elsewhere.
 #[derive(Debug, Serialize)]
 struct InRegion {
     region: usize,

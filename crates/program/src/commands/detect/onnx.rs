@@ -14,6 +14,7 @@
 use orchard_exchange::regions::Region;
 use orchard_geometry::Image;
 use orchard_network::{Network, Tensor};
+use orchard_perception::box_overlap;
 
 /// Grey beside the image, as Ultralytics trains.
 const GREY: f32 = 114.0 / 255.0;
@@ -27,10 +28,10 @@ const DOUBLE: f64 = 0.7;
 /// Most boxes of an image, the surest: the default of Ultralytics.
 const MOST_BOXES: usize = 300;
 
-/// Box with its score: left, top, right, bottom \[px of the colour image\].
+/// Box (left, top, width, height) \[px\] with its score.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Scored {
-    ends: [f64; 4],
+    bounds: [f64; 4],
     score: f64,
 }
 
@@ -60,13 +61,10 @@ pub fn boxes(network: &Network, colour: &Image<[u8; 3]>, least: f64) -> Result<V
             "gives {shape:?}; [1, 4 + classes, boxes], [1, boxes, 5 + classes] or [1, boxes, 6] is needed"
         )
     })?;
-    let in_image = |b: Scored| Scored { ends: fit.back(b.ends), ..b };
+    let in_image = |b: Scored| Scored { bounds: fit.back(b.bounds), ..b };
     let found: Vec<Scored> = found.into_iter().map(in_image).collect();
     let size = (colour.width(), colour.height());
-    let region = |b: &Scored| {
-        let [left, top, right, bottom] = b.ends;
-        Region::of_box([left, top, right - left, bottom - top], size, Some(b.score))
-    };
+    let region = |b: &Scored| Region::of_box(b.bounds, size, Some(b.score));
     Ok(without_doubles(found).iter().filter_map(region).collect())
 }
 
@@ -108,11 +106,10 @@ impl Fit {
         values
     }
 
-    /// Ends in pixels of the image.
-    fn back(&self, [left, top, right, bottom]: [f64; 4]) -> [f64; 4] {
-        let x = |at: f64| (at - self.corner.0) / self.scale;
-        let y = |at: f64| (at - self.corner.1) / self.scale;
-        [x(left), y(top), x(right), y(bottom)]
+    /// Box in pixels of the image.
+    fn back(&self, [left, top, width, height]: [f64; 4]) -> [f64; 4] {
+        let corner = [(left - self.corner.0) / self.scale, (top - self.corner.1) / self.scale];
+        [corner[0], corner[1], width / self.scale, height / self.scale]
     }
 }
 
@@ -147,8 +144,8 @@ fn decoded(shape: &[usize], numbers: &[f32], least: f64) -> Option<Vec<Scored>> 
     let best = |i: usize, first: usize| (first..fields).map(|field| value(i, field)).fold(0.0, f64::max);
     let one = |i: usize| {
         let [a, b, c, d] = std::array::from_fn(|field| value(i, field));
-        let (ends, score) = if final_boxes {
-            ([a, b, c, d], value(i, 4))
+        let (bounds, score) = if final_boxes {
+            ([a, b, c - a, d - b], value(i, 4))
         } else {
             let score = if across {
                 best(i, 4)
@@ -157,10 +154,10 @@ fn decoded(shape: &[usize], numbers: &[f32], least: f64) -> Option<Vec<Scored>> 
             } else {
                 value(i, 4) * best(i, 5)
             };
-            ([a - 0.5 * c, b - 0.5 * d, a + 0.5 * c, b + 0.5 * d], score)
+            ([a - 0.5 * c, b - 0.5 * d, c, d], score)
         };
-        let sound = ends.iter().all(|x| x.is_finite()) && score >= least && score <= 1.0;
-        sound.then_some(Scored { ends, score })
+        let sound = bounds.iter().all(|x| x.is_finite()) && score >= least && score <= 1.0;
+        sound.then_some(Scored { bounds, score })
     };
     Some((0..boxes).filter_map(one).collect())
 }
@@ -170,7 +167,7 @@ fn without_doubles(mut boxes: Vec<Scored>) -> Vec<Scored> {
     boxes.sort_by(|a, b| b.score.total_cmp(&a.score));
     let mut kept: Vec<Scored> = Vec::new();
     for one in boxes {
-        if kept.iter().all(|other| overlap(&one.ends, &other.ends) <= DOUBLE) {
+        if kept.iter().all(|other| box_overlap(one.bounds, other.bounds) <= DOUBLE) {
             kept.push(one);
         }
         if kept.len() == MOST_BOXES {
@@ -180,26 +177,18 @@ fn without_doubles(mut boxes: Vec<Scored>) -> Vec<Scored> {
     kept
 }
 
-/// Intersection over union.
-fn overlap(a: &[f64; 4], b: &[f64; 4]) -> f64 {
-    let area = |x: &[f64; 4]| (x[2] - x[0]).max(0.0) * (x[3] - x[1]).max(0.0);
-    let both = area(&[a[0].max(b[0]), a[1].max(b[1]), a[2].min(b[2]), a[3].min(b[3])]);
-    let union = area(a) + area(b) - both;
-    if union > 0.0 { both / union } else { 0.0 }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn scored(ends: [f64; 4], score: f64) -> Scored {
+    fn scored(bounds: [f64; 4], score: f64) -> Scored {
         // Scores of a network have 32 bits.
-        Scored { ends, score: f64::from(score as f32) }
+        Scored { bounds, score: f64::from(score as f32) }
     }
 
     #[test]
     fn three_layouts_of_one_box() {
-        let expected = vec![scored([10.0, 20.0, 30.0, 50.0], 0.75)];
+        let expected = vec![scored([10.0, 20.0, 20.0, 30.0], 0.75)];
         // Two boxes below the least score beside it; classes 0.25 and 0.75.
         let across = [
             20.0, 5.0, 5.0, 5.0, 5.0, 5.0, 5.0, 35.0, 5.0, 5.0, 5.0, 5.0, 5.0, 5.0, 20.0, 1.0, 1.0, 1.0, 1.0,
@@ -233,16 +222,16 @@ mod tests {
         assert!(channel(2)[4..12].iter().all(|v| *v == 200.0 / 255.0));
         // The mean of four pixels.
         assert!((channel(0)[4] - 10.0 / 255.0).abs() < 1e-6 && channel(0)[5] == 0.0);
-        assert_eq!(fit.back([0.0, 1.0, 4.0, 3.0]), [0.0, 0.0, 8.0, 4.0]);
+        assert_eq!(fit.back([0.0, 1.0, 4.0, 2.0]), [0.0, 0.0, 8.0, 4.0]);
     }
 
     #[test]
     fn doubles_are_left_out() {
         let a = scored([0.0, 0.0, 10.0, 10.0], 0.6);
-        let same = scored([0.0, 0.5, 10.0, 10.0], 0.9);
-        let beside = scored([5.0, 0.0, 15.0, 10.0], 0.5);
+        let same = scored([0.0, 0.5, 10.0, 9.5], 0.9);
+        let beside = scored([5.0, 0.0, 10.0, 10.0], 0.5);
         assert_eq!(without_doubles(vec![a, beside, same]), [same, beside]);
-        let far = (0..400).map(|i| scored([20.0 * f64::from(i), 0.0, 20.0 * f64::from(i) + 9.0, 9.0], 0.5));
+        let far = (0..400).map(|i| scored([20.0 * f64::from(i), 0.0, 9.0, 9.0], 0.5));
         assert_eq!(without_doubles(far.collect()).len(), MOST_BOXES);
     }
 }
