@@ -15,7 +15,6 @@ use serde_json::Value;
 
 pub use lens::Lens;
 
-use crate::depth_png::MILLIMETRE;
 use crate::yaml;
 
 /// Largest number of columns or rows of an image \[px\]; a larger number is taken for a typing error.
@@ -148,7 +147,7 @@ pub fn read(text: &str) -> Result<Intrinsics, IntrinsicsError> {
 /// The text is neither JSON nor YAML, a field is missing, of the wrong type or outside its range, or a model of distortion is not read.
 pub fn read_camera(text: &str, of: &OfImage) -> Result<CameraFile, IntrinsicsError> {
     let file = file_of(text, of)?;
-    let unit = file.depth_scale.map(|scale| scale * MILLIMETRE);
+    let unit = file.depth_scale.map(|millimetres| millimetres / 1e3);
     if let Some(value) = file.depth_scale.filter(|scale| !(*scale >= SCALES.0 && *scale <= SCALES.1)) {
         let allowed = format!("[{}, {}] mm", SCALES.0, SCALES.1);
         return Err(IntrinsicsError::Range { field: "depth_scale", value, allowed });

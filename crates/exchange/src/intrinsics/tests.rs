@@ -96,13 +96,13 @@ fn open3d_and_bop_forms_are_read() {
         format!(r#"{{"class_name": "PinholeCameraParameters", "extrinsic": [1], "intrinsic": {open3d}}}"#);
     assert_eq!((read(open3d), read(&parameters)), (Ok(K), Ok(K)));
     let bop = r#"{"cx": 319.5, "cy": 240.125, "depth_scale": 0.1, "fx": 610.5, "fy": 611.25, "height": 480, "width": 640}"#;
-    assert_eq!(camera(bop), CameraFile { intrinsics: K, lens: None, unit: Some(0.1 * MILLIMETRE) });
+    assert_eq!(camera(bop), CameraFile { intrinsics: K, lens: None, unit: Some(0.1 / 1e3) });
     let entry = r#"{"cam_K": [610.5, 0, 319.5, 0, 611.25, 240.125, 0, 0, 1], "depth_scale": 1.0}"#;
     let other = entry.replace("610.5", "99");
     let scene = format!(r#"{{"0": {other}, "000007": {entry}}}"#);
     let of = |number, size| OfImage { number, size };
     let seventh = read_camera(&scene, &of(Some(7), Some((640, 480)))).unwrap();
-    assert_eq!(seventh, CameraFile { intrinsics: K, lens: None, unit: Some(MILLIMETRE) });
+    assert_eq!(seventh, CameraFile { intrinsics: K, lens: None, unit: Some(1e-3) });
     let one = format!(r#"{{"3": {entry}}}"#);
     assert_eq!(read_camera(&one, &of(None, Some((640, 480)))).unwrap().intrinsics, K);
     let error = |text: &str, of: OfImage| read_camera(text, &of).unwrap_err().to_string();
