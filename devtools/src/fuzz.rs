@@ -17,7 +17,7 @@ use orchard_program::{Failure, Program, Verdict};
 /// Runs libFuzzer on the detector and on all readers of input files.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Targets:\n  detect       any image, intrinsics and choice of gates\n  image_files  PNG, intrinsics, detector config\n  \
+    after_help = "Targets:\n  detect       any image, intrinsics and choice of gates\n  image_files  PNG, TIFF, JPEG, NumPy, intrinsics, regions, detector config\n  \
                   plan, record, mcap\n               files of a short run of bench-v1, after edits\n  \
                   board, snapshot, trajectory, tree (MTG and JSON), urdf, onnx, toml\n               any bytes, or a valid file after edits\n\
                   Needs a C++ compiler for libFuzzer; stable Rust is enough. Found inputs are kept in the target folder under fuzz/.\n\

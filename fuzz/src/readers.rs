@@ -9,6 +9,7 @@ use orchard_multibody::{Body, ModelBuilder};
 use orchard_network::{Network, Port, Tensor};
 use orchard_perception::DetectorConfig;
 use orchard_recording::Recording;
+use orchard_recording::bag::{Bag, BagMessage};
 use orchard_robot::{Articulation, Draft, Limits, PAPER_URDF, Resources, RobotConfig, RobotModel, Survey};
 use orchard_scenario::{Scenario, controllers};
 use orchard_spec::camera::CameraSpec;
@@ -102,9 +103,19 @@ fn sealed(whole: &[u8], body: &[u8]) -> Vec<u8> {
     file
 }
 
-/// A recording.
+/// A recording, and a bag of ROS 2.
 pub fn mcap(bytes: &[u8]) {
-    let _ = Recording::from_bytes(Path::new("fuzz.mcap"), &case(valid("episode.mcap"), bytes));
+    const BAG: &[u8] = include_bytes!("../../crates/program/src/commands/detect/tests/two_images.mcap");
+    let path = Path::new("fuzz.mcap");
+    let _ = Recording::from_bytes(path, &case(valid("episode.mcap"), bytes));
+    let file = case(BAG, bytes);
+    let mut bag =
+        Bag::new(path, file.as_slice(), "/camera/depth/image_rect_raw", "/camera/depth/camera_info");
+    while let Ok(Some((_, message))) = bag.next_message() {
+        if let BagMessage::Image(image) = message {
+            assert!(image.depth(image.usual_unit()).pixels().iter().all(|z| z.is_finite() && *z >= 0.0));
+        }
+    }
 }
 
 /// A trajectory as a table and as JSON lines.

@@ -1,4 +1,4 @@
-"""Computes what crates/bench/src/statistics computed, with scipy and numpy, and compares."""
+"""Computes what crates/statistics computed, with scipy, scikit-learn and numpy, and compares."""
 
 import json
 import sys
@@ -7,6 +7,7 @@ import warnings
 import numpy as np
 import scipy
 from scipy import stats
+from sklearn import calibration, metrics
 
 # Relative to the figure. Both sides carry some 1e-13 of rounding, of numbers of order 1 to 100: figures below FLOOR are as good as 0.
 TOLERANCE = 1e-6
@@ -116,6 +117,27 @@ def percentile(case, where):
         assert abs(ours - end) < slack, f"{where}: {ours}, scipy {end} +- {slack}"
 
 
+def ranked(case, where):
+    scores = np.array([score for score, _ in case["predictions"]])
+    right = np.array([truth for _, truth in case["predictions"]])
+    # scikit-learn knows only positives with a prediction; those without lower every recall by the same factor.
+    found = right.sum() / case["positives"]
+    same(case["average_precision"], found * metrics.average_precision_score(right, scores), f"{where}: AP")
+    precision, recall, thresholds = metrics.precision_recall_curve(right, scores)
+    theirs = {score: (p, found * r) for score, p, r in zip(thresholds, precision, recall)}
+    for point in case["curve"]:
+        for ours, own in zip((point["precision"], point["recall"]), theirs[point["score"]]):
+            same(ours, own, f"{where}: curve at {point['score']}")
+    share, mean = calibration.calibration_curve(right, scores, n_bins=len(case["bins"]), strategy="uniform")
+    filled = [row for row in case["bins"] if row["n"]]
+    # On the edge of two bins scikit-learn takes the lower one: scores there are left out.
+    if not np.isin(np.round(scores * len(case["bins"]), 9) % 1, [0]).any():
+        assert len(filled) == len(share), f"{where}: {len(filled)} bins, scikit-learn {len(share)}"
+        for row, own_share, own_mean in zip(filled, share, mean):
+            same(row["right"], own_share, f"{where}: share right")
+            same(row["mean_score"], own_mean, f"{where}: mean score")
+
+
 KINDS = {
     "wilcoxon": wilcoxon,
     "permutation": permutation,
@@ -125,6 +147,7 @@ KINDS = {
     "one_way": one_way,
     "bootstrap": bootstrap,
     "percentile": percentile,
+    "ranked": ranked,
 }
 
 

@@ -8,7 +8,9 @@ mod light;
 mod material;
 mod noise;
 
-pub use false_color::{depth_picture, depth_picture_enlarged};
+pub use false_color::{
+    ColouredCircle, depth_colour, depth_picture, depth_picture_enlarged, depth_picture_in_range, draw_circles,
+};
 
 use crate::depth::rasterise;
 use crate::primitive::{Primitive, for_each_primitive};

@@ -3,7 +3,7 @@
 use orchard_geometry::{DepthImage, Image};
 use png::{BitDepth, ColorType, Decoder, Encoder, Limits, Transformations};
 
-use crate::intrinsics::MOST_PIXELS;
+use crate::intrinsics::{MOST_PIXELS, MOST_SIDE};
 
 /// The usual unit, a millimetre \[m\].
 pub const MILLIMETRE: f64 = 1e-3;
@@ -23,7 +23,7 @@ pub enum PngError {
         wanted: &'static str,
     },
     /// The image is larger than any depth camera's.
-    #[error("is {width} x {height}; at most {MOST_PIXELS} x {MOST_PIXELS} pixels are read")]
+    #[error("is {width} x {height}; at most {MOST_SIDE} px a side and {MOST_PIXELS} px in all are read")]
     TooLarge {
         /// Columns.
         width: u32,
@@ -37,10 +37,20 @@ pub enum PngError {
 /// # Errors
 /// The bytes are no PNG, a damaged one, or one that is not grey of 16 bits.
 pub fn read(bytes: &[u8], unit: f64) -> Result<DepthImage, PngError> {
+    let (width, height, values) = values(bytes)?;
+    let pixels = values.into_iter().map(|value| (f64::from(value) * unit) as f32).collect();
+    Image::from_pixels(width, height, pixels).ok_or_else(cut_short)
+}
+
+/// Columns, rows and values of a depth image.
+pub(crate) fn values(bytes: &[u8]) -> Result<(usize, usize, Vec<u16>), PngError> {
     let raw = decode(bytes, &[(ColorType::Grayscale, BitDepth::Sixteen)], "grey of 16 bits")?;
-    let depth = |b: &[u8; 2]| (f64::from(u16::from_be_bytes(*b)) * unit) as f32;
-    let pixels = raw.data.as_chunks::<2>().0.iter().map(depth).collect();
-    raw.image(pixels)
+    let values = raw.data.as_chunks::<2>().0.iter().map(|b| u16::from_be_bytes(*b)).collect();
+    Ok((raw.width, raw.height, values))
+}
+
+fn cut_short() -> PngError {
+    PngError::Damaged("it has fewer pixels than its header states".into())
 }
 
 /// Reads a mask from a grey image of 1 or 8 bits: true where it is not black.
@@ -94,15 +104,14 @@ fn value(depth: f32, unit: f64) -> u16 {
 
 /// First image of a file, as stored.
 pub(crate) struct Raw {
-    width: usize,
-    height: usize,
+    pub width: usize,
+    pub height: usize,
     bits: BitDepth,
     pub data: Vec<u8>,
 }
 
 impl Raw {
     pub fn image<T>(&self, pixels: Vec<T>) -> Result<Image<T>, PngError> {
-        let cut_short = || PngError::Damaged("it has fewer pixels than its header states".into());
         Image::from_pixels(self.width, self.height, pixels).ok_or_else(cut_short)
     }
 }
@@ -123,7 +132,8 @@ pub(crate) fn decode(
         let found = format!("{:?} of {} bits", kind.0, bits as u8).to_lowercase();
         return Err(PngError::Kind { found, wanted });
     }
-    if width as usize > MOST_PIXELS || height as usize > MOST_PIXELS {
+    let (columns, rows) = (width as usize, height as usize);
+    if columns > MOST_SIDE || rows > MOST_SIDE || columns * rows > MOST_PIXELS {
         return Err(PngError::TooLarge { width, height });
     }
     let size = reader.output_buffer_size().ok_or(PngError::TooLarge { width, height })?;

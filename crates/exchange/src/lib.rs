@@ -4,6 +4,8 @@
 //! content of each format and its losses.
 
 pub mod coco;
+pub mod colour_image;
+pub mod depth_image;
 pub mod depth_png;
 #[cfg(feature = "gltf")]
 pub mod gltf;
@@ -12,11 +14,13 @@ pub mod intrinsics;
 pub mod json;
 pub mod mjcf;
 pub mod mtg;
+pub mod regions;
 pub mod urdf;
 pub mod usd;
 
 mod digitised;
 mod wood;
+mod yaml;
 
 pub use digitised::{DigitisedTree, TreeFault};
 pub use wood::Wood;

@@ -19,8 +19,8 @@ pub const TREE: u64 = 32 << 20;
 pub const ROBOT: u64 = 4 << 20;
 /// Largest mesh of a robot \[bytes\]: a million triangles of binary STL have 50 MB.
 pub const MESH: u64 = 64 << 20;
-/// Largest image file \[bytes\]: 8192 x 8192 pixels of 16 bits, uncompressed, and 1 % for headers.
-pub const IMAGE: u64 = 136 << 20;
+/// Largest image file \[bytes\]: 100 million pixels of 32 bits, uncompressed, and 1 % for headers.
+pub const IMAGE: u64 = 385 << 20;
 /// Largest file of one result: record, plan, summary, leaderboard or manifest \[bytes\]. Records of 600 s have 3 MB.
 pub const RESULT: u64 = 32 << 20;
 /// Largest trajectory, as CSV or JSON lines \[bytes\]: 60 rows a second of 500 bytes for half an hour.

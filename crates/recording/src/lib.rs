@@ -4,9 +4,12 @@
 //! [`replay`] compares them with a recording while the world is simulated again under the recorded commands. `docs/recording.md`
 //! describes the channels.
 //!
+//! [`bag`] reads depth images from other people's bags of ROS 2, and writes detections as one.
+//!
 //! A recording is a function of the inputs of its episode and of `configs/paper/recording.toml`: the same bytes on
 //! every run.
 
+pub mod bag;
 mod camera;
 pub mod channel;
 mod clock;

@@ -277,7 +277,7 @@ fn piece(
 }
 
 /// An error of the format, in words.
-fn problem(path: &Path, e: McapError) -> RecordingError {
+pub(crate) fn problem(path: &Path, e: McapError) -> RecordingError {
     let path = path.to_owned();
     match e {
         McapError::BadMagic => RecordingError::NotMcap { path },

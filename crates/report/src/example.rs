@@ -9,13 +9,14 @@ use orchard_scenario::{Names, SceneNames};
 use orchard_spec::randomisation::Mode;
 use orchard_spec::{Purpose, Spec, Stream};
 use orchard_statistics::Metric;
+use orchard_statistics::ranking::{CurvePoint, ReliabilityBin};
 use orchard_statistics::{Design, Share, Undefined, compare, variance_components};
 use orchard_tasks::component::{
     ComponentRun, ComponentSummary, ReachAndGrasp, TreeLine, metrics as component_metrics,
 };
 use orchard_tasks::detect::{
-    AblationSummary, DensitySummary, DetectSummary, ERRORS, METRICS as DETECT_METRICS, SitsOn, Spread,
-    VariantSummary,
+    AblationSummary, Calibration, DensitySummary, DetectSummary, ERRORS, METRICS as DETECT_METRICS,
+    RankedBin, RankedFruit, RankingSummary, SitsOn, Spread, VariantSummary,
 };
 use orchard_tasks::harvest::episode::Outcome;
 use orchard_tasks::harvest::matrix::{Dials, SweepPoint};
@@ -232,6 +233,43 @@ fn comparison(point: &SweepPoint, values: &[f64]) -> SweepComparison {
     }
 }
 
+fn spread(value: f64) -> Spread {
+    Spread { value: Some(value), ci95: [Some(0.9 * value), Some(1.1 * value)], n: 1450 }
+}
+
+/// Rankings that are worse in denser leaves.
+fn ranking(foliage: f64) -> RankingSummary {
+    let ap = |radii: f64| 0.7 + 0.2 * radii - 0.2 * foliage;
+    let by_radii = [0.5, 1.0].map(|radii: f64| (radii.to_string(), radii));
+    let step = |k: u32| CurvePoint {
+        score: 1.0 - 0.09 * f64::from(k),
+        recall: 0.09 * f64::from(k + 1),
+        precision: 1.0 - 0.01 * f64::from(k) * (1.0 + foliage),
+    };
+    let bin = |k: u32| ReliabilityBin {
+        score: [k, k + 1].map(|edge| 0.1 * f64::from(edge)),
+        n: 100 * k,
+        mean_score: (k > 0).then(|| 0.05 + 0.1 * f64::from(k)),
+        right: (k > 0).then(|| 0.1 * f64::from(k)),
+    };
+    let ranked =
+        RankedFruit { fruit: 200, ap: by_radii.clone().map(|(key, radii)| (key, Some(ap(radii)))).into() };
+    let share = |k: u32| [k, k + 1].map(|edge| 0.2 * f64::from(edge));
+    RankingSummary {
+        ap: by_radii.clone().map(|(key, radii)| (key, spread(ap(radii)))).into(),
+        curves: by_radii.map(|(key, _)| (key, (0..10).map(step).collect())).into(),
+        by_visible_fraction: (0..5)
+            .map(|k| RankedBin { visible_fraction: share(k), ranked: ranked.clone() })
+            .collect(),
+        by_zone: zone_table(ranked),
+        calibration: Calibration {
+            brier: metric(0.08, 0.01, 4500),
+            expected_error: Some(0.05),
+            bins: (0..10).map(bin).collect(),
+        },
+    }
+}
+
 fn detect() -> DetectSummary {
     let results = |difficulty: f64| VariantSummary {
         images: 144,
@@ -258,6 +296,8 @@ fn detect() -> DetectSummary {
         foliage,
         leaves: 1000,
         results: results(foliage),
+        radius_correlation: spread(0.8 - 0.2 * foliage),
+        ranking: ranking(foliage),
         recall_by_visible_fraction: Vec::new(),
         zones: zone_table(orchard_tasks::detect::ZoneSummary::default()),
     };

@@ -11,7 +11,7 @@ mod trees;
 mod zones;
 
 pub(crate) use attempts::{attempts_of, ranked, seconds_in, states_of};
-pub use detect::detection;
+pub use detect::{detection, precision_recall};
 pub use front::pareto;
 pub use populations::populations;
 pub use screening::{ScreenedParameter, screening};
@@ -69,7 +69,12 @@ impl Figures {
             }
         }
         if let Some(detect) = &results.detect {
-            figures.detect = vec![detection(detect, &protocol.detect)?, detect::errors(detect)?];
+            figures.detect = vec![
+                detection(detect, &protocol.detect)?,
+                detect::errors(detect)?,
+                precision_recall(detect)?,
+                detect::calibration(detect)?,
+            ];
         }
         if results.scaling.iter().any(|scaling| !scaling.rows.is_empty()) {
             let rules = ScalingRules::of(protocol)

@@ -22,7 +22,7 @@ mod table;
 mod words;
 
 pub use figure::{Figure, FigureError};
-pub use figures::{Figures, ScreenedParameter, detection, pareto, populations, screening};
+pub use figures::{Figures, ScreenedParameter, detection, pareto, populations, precision_recall, screening};
 pub use page::page;
 pub use pictures::{Moment, Pick, Picture, Pictures};
 pub use published::{DialFigure, PaperFigures, PaperTrees, PaperZones, REPORT_TOML};

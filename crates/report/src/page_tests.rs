@@ -76,8 +76,8 @@ fn every_section_is_there() {
         ]
     );
     assert!(select(&html, ".missing").is_empty(), "{:?}", select(&html, ".missing").len());
-    // 3 sweeps of 6 panels, detection 2, zones 2, attempts 2, trees 2, damage 2, scaling 3.
-    assert_eq!(select(&html, "svg").len(), 31);
+    // 3 sweeps of 6 panels, detection 4, zones 2, attempts 2, trees 2, damage 2, scaling 3.
+    assert_eq!(select(&html, "svg").len(), 33);
     assert_eq!(select(&html, "img").len(), 3);
     // Undefined figures have their reason.
     let undefined = select(&html, "[title='no figure: there is nothing to measure']");
@@ -128,7 +128,7 @@ fn empty_parts_say_what_would_fill_them() {
     assert!(text.contains("cargo xtask bench-v1 --profile full --conditions foliage"));
     let only_detect = Results { detect: whole.detect, ..Results::default() };
     let html = is_sound(&page_of(&only_detect, &Pictures::default()));
-    assert_eq!(select(&html, "svg").len(), 2);
+    assert_eq!(select(&html, "svg").len(), 4);
     is_sound(&page_of(&Results::default(), &Pictures::default()));
 }
 

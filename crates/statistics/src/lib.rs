@@ -2,7 +2,7 @@
 //!
 //! Everything here is a function of its arguments: elementary functions come from `orchard_geometry::math`, random numbers from
 //! seeded streams, so p-values and intervals are the same bits on every platform. A figure that a sample does not define comes with its
-//! reason ([`Undefined`]) and is never a NaN. `cargo xtask check-statistics` holds all of it against scipy.
+//! reason ([`Undefined`]) and is never a NaN. `cargo xtask check-statistics` holds all of it against scipy and scikit-learn.
 
 pub mod bootstrap;
 pub mod comparison;
@@ -14,6 +14,7 @@ pub mod metric;
 pub mod morris;
 pub mod permutation;
 pub mod quantile;
+pub mod ranking;
 pub mod ranks;
 pub mod rules;
 mod undefined;

@@ -9,6 +9,7 @@ mod fake;
 mod image;
 mod metrics;
 mod plan;
+mod ranking;
 mod record;
 pub(crate) mod rules;
 mod run;
@@ -23,11 +24,12 @@ mod trees;
 pub use ablation::{Variant, variants};
 pub use metrics::METRICS;
 pub use plan::{DetectKey, DetectPlan};
+pub use ranking::{Calibration, RankedBin, RankedFruit, RankingSummary};
 pub use record::{
-    DensityRecord, DetectRecord, DetectionRecord, FruitSeen, HangingFruit, ImageRecord, SitsOn, TrackRecord,
-    VariantRecord,
+    DensityRecord, DetectRecord, DetectionRecord, FruitSeen, HangingFruit, ImageRecord, ScoredSphere, SitsOn,
+    TrackRecord, VariantRecord,
 };
-pub use rules::{AblationRules, DetectRules, FoliageFigure, FoundRules, PublishedVariant};
+pub use rules::{AblationRules, DetectRules, FoliageFigure, FoundRules, PublishedVariant, RankingRules};
 pub use run::{DetectResult, Views, run};
 pub use spread::{ERRORS, Spread};
 pub use summary::{AblationSummary, DensitySummary, DetectSummary, FractionBin, VariantSummary, ZoneSummary};

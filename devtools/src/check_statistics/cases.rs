@@ -4,6 +4,7 @@ use orchard_spec::{Purpose, Stream};
 use orchard_statistics::effect::{cohens_dz, rank_biserial};
 use orchard_statistics::holm::holm;
 use orchard_statistics::permutation::{Permutation, permutation};
+use orchard_statistics::ranking::{CurvePoint, Prediction, Ranking, ReliabilityBin};
 use orchard_statistics::wilcoxon::{Wilcoxon, wilcoxon};
 use orchard_statistics::{
     BootstrapRules, Design, Resamples, Share, Undefined, VarianceComponents, variance_components,
@@ -22,6 +23,18 @@ pub struct Cases {
     one_way: Vec<Components>,
     bootstrap: Vec<Bootstrap>,
     percentile: Vec<Bootstrap>,
+    ranked: Vec<Ranked>,
+}
+
+/// Predictions with a score, some with equal ones, and what is to be found, of which some has no prediction.
+#[derive(Serialize)]
+struct Ranked {
+    /// Score and truth.
+    predictions: Vec<(f64, bool)>,
+    positives: u32,
+    average_precision: f64,
+    curve: Vec<CurvePoint>,
+    bins: Vec<ReliabilityBin>,
 }
 
 #[derive(Serialize)]
@@ -123,6 +136,9 @@ impl Cases {
             one_way: vec![nested(&mut stream, 1, 6, 3, 0.0), nested(&mut stream, 1, 2, 5, 0.0)],
             bootstrap,
             percentile: vec![means(&mut stream, 30)?, means(&mut stream, 12)?],
+            ranked: [(1, 0, 0.0), (20, 3, 0.0), (300, 0, 0.0), (300, 40, 50.0), (2000, 500, 0.0)]
+                .map(|(n, missed, coarse)| ranked(&mut stream, n, missed, coarse))
+                .into(),
         })
     }
 }
@@ -195,6 +211,27 @@ fn means(stream: &mut Stream, trees: usize) -> Result<Bootstrap, String> {
     let shares: Vec<Share> = (0..trees).map(|_| Share::of_one(stream.normal(2.0, 3.0))).collect();
     let rules = Protocol::paper().bootstrap;
     told(&shares, &Resamples::draw(&[(0..trees).collect()], &rules), Vec::new())
+}
+
+/// Predictions of which the surer are the more often right. With `coarse` the scores are multiples of its inverse.
+fn ranked(stream: &mut Stream, n: usize, missed: u32, coarse: f64) -> Ranked {
+    let mut one = |i: usize| {
+        let score = stream.unit();
+        let right = i == 0 || stream.chance(score);
+        (if coarse > 0.0 { (coarse * score).round() / coarse } else { score }, right)
+    };
+    let predictions: Vec<(f64, bool)> = (0..n).map(&mut one).collect();
+    let positives = predictions.iter().filter(|(_, right)| *right).count() as u32 + missed;
+    let of = |&(score, right): &(f64, bool)| Prediction { score, right, tree: 0 };
+    let ranking = Ranking::new(predictions.iter().map(of).collect(), vec![positives]);
+    Ranked {
+        // One prediction is right, so there is something to find.
+        average_precision: ranking.average_precision(&[1]).unwrap_or(f64::NAN),
+        curve: ranking.curve(50),
+        bins: ranking.reliability(10),
+        predictions,
+        positives,
+    }
 }
 
 fn told(shares: &[Share], resamples: &Resamples, drawn: Vec<Vec<usize>>) -> Result<Bootstrap, String> {

@@ -40,6 +40,7 @@ DIR/recordings/*.mcap with --record: one per episode, for Foxglove and `orchard 
 DIR/detect.json       detect: metrics with 95 % intervals by foliage density, zones, ablation\n  \
 DIR/detect/*.json     one per tree: every image, fruit seen and detection\n  \
 DIR/detect.svg        precision and recall against foliage density\n  \
+                  DIR/detect-precision-recall.svg   precision over recall, as the score's threshold falls\n  \
 DIR/TASK.json         reach-and-grasp, gentle: metrics with 95 % intervals\n  \
 DIR/TASK/*.json       one per tree: every trial\n  \
 DIR/scaling.json      scaling: step rates and memory by worlds, solver and mode\n  \

@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 
 use maud::{Markup, html};
-use orchard_tasks::detect::{DensitySummary, DetectSummary, SitsOn, VariantSummary};
+use orchard_tasks::detect::{DensitySummary, DetectSummary, RankedBin, RankedFruit, SitsOn, VariantSummary};
 use orchard_tasks::protocol::Protocol;
+use orchard_tasks::zones::Zone;
 
 use super::{Section, beside, missing};
 use crate::figures::Figures;
@@ -25,6 +26,7 @@ pub(crate) fn section(results: &Results, figures: &Figures, protocol: &Protocol)
                  that should be found: at least " (number(Some(100.0 * protocol.detect.found.visible_fraction.si()), 0)) " % visible, in range and large enough."
             } }, &figures.detect))
             (densities(summary, protocol))
+            (ranking(summary))
             (ablation(summary))
         },
     };
@@ -75,6 +77,82 @@ fn densities(summary: &DetectSummary, protocol: &Protocol) -> Markup {
         "p95 [mm]",
     ];
     table("Precision and recall by foliage density", &heads, &rows)
+}
+
+/// Average precision, size errors and calibration, then average precision by visible fraction and by zone.
+fn ranking(summary: &DetectSummary) -> Markup {
+    let keys: Vec<&String> =
+        summary.densities.first().into_iter().flat_map(|d| d.ranking.ap.keys()).collect();
+    let average = |radii: &String| format!("average precision, {radii} radius");
+    let mut heads = vec!["foliage".to_owned()];
+    for radii in &keys {
+        heads.extend([average(radii), "95 % interval".to_owned()]);
+    }
+    heads.extend(
+        ["fruit", "diameter error [mm]", "radius correlation", "Brier score", "calibration error"]
+            .map(str::to_owned),
+    );
+    let row = |density: &DensitySummary| {
+        let (ranking, metrics) = (&density.ranking, &density.results.metrics);
+        let mut row = vec![Cell::number(density.foliage.to_string())];
+        for radii in &keys {
+            let ap = ranking.ap.get(*radii);
+            row.push(Cell::main(number(ap.and_then(|ap| ap.value), 3)));
+            row.push(Cell::number(ap.map_or_else(|| "-".to_owned(), |ap| interval(ap.ci95, 3))));
+        }
+        let millimetres = metrics.get("diameter_error_m").and_then(|m| m.mean).map(|x| 1e3 * x);
+        row.push(Cell::number(grouped(ranking.ap.values().map(|ap| ap.n).max().unwrap_or(0))));
+        row.extend(
+            [
+                number(millimetres, 1),
+                number(density.radius_correlation.value, 2),
+                number(ranking.calibration.brier.mean, 3),
+                number(ranking.calibration.expected_error, 3),
+            ]
+            .map(Cell::number),
+        );
+        row
+    };
+    let rows: Vec<_> = summary.densities.iter().map(row).collect();
+    let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
+    html! {
+        p { "Average precision ranks all spheres by their score, those below the detector's threshold included. It is over fruit in the camera's range. Fruit that shows less is neither right nor wrong." }
+        (table("Average precision, sizes and calibration by foliage density", &heads, &rows))
+        @for radii in keys {
+            details {
+                summary { "Average precision within " (radii) " radius by visible fraction and by canopy zone" }
+                (parts(summary, radii))
+            }
+        }
+    }
+}
+
+/// A zone as people write it.
+fn zone_name(zone: &Zone) -> String {
+    let name = serde_json::to_value(zone).ok();
+    plain(name.as_ref().and_then(serde_json::Value::as_str).unwrap_or_default())
+}
+
+/// Average precision within one distance by visible fraction and by zone.
+fn parts(summary: &DetectSummary, radii: &str) -> Markup {
+    let cell = |of: &RankedFruit| Cell::main(number(of.ap.get(radii).copied().flatten(), 3));
+    let Some(first) = summary.densities.first() else { return html! {} };
+    let percent = |bin: &RankedBin| {
+        let [low, high] = bin.visible_fraction.map(|edge| number(Some(100.0 * edge), 0));
+        format!("{low} to {high} % visible")
+    };
+    let mut heads = vec!["foliage".to_owned()];
+    heads.extend(first.ranking.by_visible_fraction.iter().map(percent));
+    heads.extend(first.ranking.by_zone.keys().map(zone_name));
+    let row = |density: &DensitySummary| {
+        let mut row = vec![Cell::number(density.foliage.to_string())];
+        row.extend(density.ranking.by_visible_fraction.iter().map(|bin| cell(&bin.ranked)));
+        row.extend(density.ranking.by_zone.values().map(cell));
+        row
+    };
+    let rows: Vec<_> = summary.densities.iter().map(row).collect();
+    let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
+    table("Average precision by visible fraction and by zone", &heads, &rows)
 }
 
 fn ablation(summary: &DetectSummary) -> Markup {

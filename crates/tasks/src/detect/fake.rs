@@ -118,6 +118,7 @@ pub fn miss(on: SitsOn, zone: Zone) -> DetectionRecord {
     DetectionRecord {
         p_world: [0.1, 0.2, 1.0],
         radius: 0.03,
+        score: 0.5,
         rms: 1e-4,
         pixels: 20,
         fruit: None,

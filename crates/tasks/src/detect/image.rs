@@ -48,4 +48,18 @@ impl DetectorInput {
     pub(crate) fn detect(&self, config: &DetectorConfig) -> Result<Vec<Detection>, PerceptionError> {
         detect(&self.depth, &self.intrinsics, Some(&self.ignored), config)
     }
+
+    /// Runs the detector on the image; returns its detections, and the spheres of at least `least` that its score alone refused.
+    pub(crate) fn ranked(
+        &self,
+        config: &DetectorConfig,
+        least: f64,
+    ) -> Result<(Vec<Detection>, Vec<Detection>), PerceptionError> {
+        let threshold = &config.score.least;
+        let mut lenient = config.clone();
+        // A config whose range excludes so small a score has no such spheres.
+        lenient.score.least = threshold.with_value(least.min(threshold.si())).unwrap_or(threshold.clone());
+        let all = self.detect(&lenient)?;
+        Ok(all.into_iter().partition(|d| !config.score.on || d.score >= threshold.si()))
+    }
 }

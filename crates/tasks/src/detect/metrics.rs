@@ -78,6 +78,17 @@ pub const METRICS: &[MetricDefinition<Tally>] = &[
     },
     MetricDefinition {
         info: MetricInfo {
+            name: "diameter_error_m",
+            title: "Diameter error, absolute",
+            unit: "m",
+            numerator: "distance between the detected diameter and the fruit's, summed over true positives",
+            denominator: "true positives",
+            note: "",
+        },
+        share: |t| Share::of_values(t.radius_errors.iter().map(|error| 2.0 * error.abs())),
+    },
+    MetricDefinition {
+        info: MetricInfo {
             name: "survey_recall",
             title: "Recall over views",
             unit: "1",

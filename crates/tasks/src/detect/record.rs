@@ -61,6 +61,8 @@ pub struct ImageRecord {
     pub fruit: Vec<FruitSeen>,
     /// Detections.
     pub detections: Vec<DetectionRecord>,
+    /// Spheres that the score alone refused, down to the least score that is ranked ([`crate::detect::RankingRules`]).
+    pub below_threshold: Vec<ScoredSphere>,
 }
 
 /// A fruit in an image.
@@ -86,6 +88,11 @@ impl FruitSeen {
     pub fn visible_fraction(&self) -> f64 {
         f64::from(self.visible_px) / f64::from(self.unoccluded_px.max(1))
     }
+
+    /// Bin of the visible fraction, of so many equal ones; a fruit in full view belongs to the last.
+    pub(crate) fn fraction_bin(&self, bins: u32) -> u32 {
+        ((self.visible_fraction() * f64::from(bins)) as u32).min(bins.saturating_sub(1))
+    }
 }
 
 /// A detection.
@@ -95,6 +102,8 @@ pub struct DetectionRecord {
     pub p_world: [f64; 3],
     /// Radius \[m\].
     pub radius: f64,
+    /// Probability that it is a fruit, by the detector.
+    pub score: f64,
     /// Root mean square of the radial residual \[m\].
     pub rms: f64,
     /// Pixels that support it.
@@ -109,6 +118,17 @@ pub struct DetectionRecord {
     pub on: SitsOn,
     /// Zone; null without a zone frame.
     pub zone: Option<Zone>,
+}
+
+/// A sphere that the score refused.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ScoredSphere {
+    /// Centre \[m, world\].
+    pub p_world: [f64; 3],
+    /// Radius \[m\].
+    pub radius: f64,
+    /// Score.
+    pub score: f64,
 }
 
 /// Object that a detection sits on.

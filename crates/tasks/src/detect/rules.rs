@@ -17,6 +17,8 @@ pub struct DetectRules {
     pub vantage: VantageSpec,
     /// Rules for the fruit that should be found.
     pub found: FoundRules,
+    /// Detections ranked by their score.
+    pub ranking: RankingRules,
     /// The gate ablation.
     pub ablation: AblationRules,
     /// The paper's figures of the foliage sweep, by metric.
@@ -37,6 +39,20 @@ pub struct FoundRules {
     pub pixels: Count,
     /// Number of equal bins of the visible fraction.
     pub bins: Count,
+}
+
+/// Detections ranked by their score.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RankingRules {
+    /// Largest distances between the centres of a right detection and its fruit, in the fruit's radii.
+    pub radii: Vec<Quantity>,
+    /// Least score of a sphere that is ranked.
+    pub least_score: Quantity,
+    /// Steps of the recall at which the precision-recall curve is told.
+    pub steps: Count,
+    /// Bins of the score.
+    pub score_bins: Count,
 }
 
 /// The gate ablation: the views of the first seed's trees at one density.

@@ -6,14 +6,15 @@ use orchard_bench::PlanError;
 use orchard_bench::store::StoreError;
 use orchard_bench::task::{Progress, RunError, Session, Task, TaskResult, run_task};
 use orchard_camera::{Geometry, ImageKey, Label, Scene, Sensor};
-use orchard_geometry::{Pose, Vec3};
-use orchard_perception::{DetectorConfig, PerceptionError, Sighting, Tracker};
+use orchard_geometry::{Pose, Vec3, transform};
+use orchard_perception::{Detection, DetectorConfig, PerceptionError, Sighting, Tracker};
 
 use crate::detect::ablation::variants;
 use crate::detect::image::View;
 use crate::detect::plan::{DetectKey, DetectPlan};
 use crate::detect::record::{
-    DensityRecord, DetectRecord, DetectionRecord, HangingFruit, ImageRecord, TrackRecord, VariantRecord,
+    DensityRecord, DetectRecord, DetectionRecord, HangingFruit, ImageRecord, ScoredSphere, TrackRecord,
+    VariantRecord,
 };
 use crate::detect::score::{fruit_seen, score};
 use crate::detect::summary::DetectSummary;
@@ -195,11 +196,19 @@ impl<T: Trees> Views<'_, T> {
         for view in views {
             step()?;
             let r = view.x_world_camera.rotation.coords;
+            let least = self.plan.protocol.detect.ranking.least_score.si();
+            let (detections, refused) = view.sight.ranked(&self.plan.detector, least)?;
+            let below = |d: &Detection| ScoredSphere {
+                p_world: array(&transform(&view.x_world_camera, &d.p_camera)),
+                radius: d.radius,
+                score: d.score,
+            };
             images.push(ImageRecord {
                 p_world_camera: array(&view.x_world_camera.translation.vector),
                 r_world_camera: [r.x, r.y, r.z, r.w],
                 fruit: fruit_seen(&view.fruit, &self.plan.protocol.detect.found),
-                detections: detections(view, &self.plan.detector, stand)?,
+                detections: score(view, &detections, &stand.fruit, stand.zones.as_ref()),
+                below_threshold: refused.iter().map(below).collect(),
             });
         }
         let leaves = scene.items.iter().filter(|item| item.label == Label::Leaf).count() as u32;

@@ -47,6 +47,7 @@ pub(crate) fn score(
         DetectionRecord {
             p_world: array(p_world),
             radius: detection.radius,
+            score: detection.score,
             rms: detection.rms,
             pixels: detection.pixels,
             fruit: matched[i].map(|f| f as u32),

@@ -13,8 +13,9 @@ use serde::{Deserialize, Serialize};
 use crate::detect::ablation::variants;
 use crate::detect::metrics::METRICS;
 use crate::detect::plan::DetectPlan;
+use crate::detect::ranking::{RankingSummary, ranked};
 use crate::detect::record::{DensityRecord, DetectRecord, SitsOn};
-use crate::detect::spread::{Spread, spreads};
+use crate::detect::spread::{Spread, radius_correlation, spreads};
 use crate::detect::tally::{Found, Tally, ZoneTally};
 use crate::seeds::SeedSetLabel;
 use crate::zones::{ZoneTable, zone_table};
@@ -79,6 +80,11 @@ pub struct DensitySummary {
     /// Results of the unchanged detector.
     #[serde(flatten)]
     pub results: VariantSummary,
+    /// Correlation between detected and true radii of true positives.
+    pub radius_correlation: Spread,
+    /// Detections ranked by their score: average precision (`ap`) and the like.
+    #[serde(flatten)]
+    pub ranking: RankingSummary,
     /// Recall over fruit in range by visible fraction.
     pub recall_by_visible_fraction: Vec<FractionBin>,
     /// Results by canopy zone, pooled over trees.
@@ -214,11 +220,15 @@ fn density(plan: &DetectPlan, trees: &[&DetectRecord], foliage: f64) -> DensityS
         }
     };
     let tallies: Vec<Tally> = trees.iter().map(tally).collect();
-    let leaves = trees.iter().filter_map(|tree| density_of(tree, foliage)).map(|record| record.leaves).sum();
+    let of_density: Vec<_> = trees.iter().map(|&tree| (tree, density_of(tree, foliage))).collect();
+    let leaves = of_density.iter().filter_map(|(_, density)| *density).map(|record| record.leaves).sum();
+    let resamples = resamples(plan, trees);
     DensitySummary {
         foliage,
         leaves,
-        results: results(&tallies, &resamples(plan, trees)),
+        results: results(&tallies, &resamples),
+        radius_correlation: radius_correlation(&tallies, &resamples),
+        ranking: ranked(plan, &of_density, &resamples),
         recall_by_visible_fraction: fraction_bins(&tallies, bins),
         zones: zones(&tallies),
     }

@@ -23,6 +23,8 @@ pub struct Tally {
     pub(crate) centre_errors: Vec<f64>,
     /// Radius errors of true positives \[m\].
     pub(crate) radius_errors: Vec<f64>,
+    /// Detected and true radius of true positives \[m\].
+    pub(crate) radii: Vec<[f64; 2]>,
     /// Fruit of the tree that should be found in some image, and of these found in some image.
     pub(crate) survey: Found,
     /// All fruit of the tree, and of these found in some image.
@@ -104,6 +106,7 @@ impl Tally {
             zones: zone_table(ZoneTally::default()),
             centre_errors: Vec::new(),
             radius_errors: Vec::new(),
+            radii: Vec::new(),
             survey: Found::default(),
             survey_all: Found::default(),
             tracks: Found::default(),
@@ -120,6 +123,7 @@ impl Tally {
         }
         self.centre_errors.extend(d.centre_error);
         self.radius_errors.extend(d.radius_error);
+        self.radii.extend(d.radius_error.map(|error| [d.radius, d.radius - error]));
         if let Some(zone) = d.zone {
             self.zones.entry(zone).or_default().detections.count(right);
         }
@@ -128,10 +132,8 @@ impl Tally {
     fn fruit(&mut self, tree: &DetectRecord, seen: &FruitSeen, found: bool) {
         self.visible.count(found);
         if seen.in_range {
-            // A fruit in full view belongs to the last bin.
-            let last = self.bins.len() - 1;
-            let bin = (seen.visible_fraction() * self.bins.len() as f64) as usize;
-            self.bins[bin.min(last)].count(found);
+            let bin = seen.fraction_bin(self.bins.len() as u32);
+            self.bins[bin as usize].count(found);
         }
         if seen.expected {
             self.expected.count(found);

@@ -171,6 +171,27 @@ fn the_detector_sees_no_label() {
     assert!(named.densities[0].images.iter().any(|image| !image.fruit.is_empty()));
 }
 
+/// What the score alone refuses is recorded beside the detections, which stay those of the detector as it is.
+#[test]
+fn spheres_below_the_threshold_are_recorded() {
+    let mut plan = DetectPlan { seeds: vec![7], trees: 1, ..plan() };
+    plan.detector = orchard_perception::DetectorConfig::named("scored").unwrap();
+    // Exact images of balls leave no doubt: with this threshold what scores less than 1 is refused.
+    plan.detector.score.least = plan.detector.score.least.with_value(1.0).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let tree = go(folder.path(), &plan, 1, &CountingProgress::default()).records.remove(0);
+    let least = plan.detector.score.least.si();
+    let images: Vec<_> = tree.densities.iter().flat_map(|density| &density.images).collect();
+    assert!(images.iter().flat_map(|image| &image.detections).all(|d| d.score >= least));
+    let below: Vec<f64> =
+        images.iter().flat_map(|image| &image.below_threshold).map(|sphere| sphere.score).collect();
+    let lowest = plan.protocol.detect.ranking.least_score.si();
+    assert!(!below.is_empty() && below.iter().all(|score| (lowest..least).contains(score)), "{below:?}");
+    let nominal = tree.densities.iter().find(|density| density.foliage == 0.6).unwrap();
+    let detections: Vec<_> = nominal.images.iter().map(|image| image.detections.clone()).collect();
+    assert_eq!(tree.variants[0].images, detections);
+}
+
 /// Two trees at foliage 0, worked out by hand, and nothing at the other densities.
 fn two_trees(plan: &DetectPlan) -> Vec<DetectRecord> {
     use Zone::{LowerInner, MiddleInner, UpperOuter};
@@ -179,6 +200,7 @@ fn two_trees(plan: &DetectPlan) -> Vec<DetectRecord> {
         r_world_camera: [0.0, 0.0, 0.0, 1.0],
         fruit,
         detections,
+        below_threshold: Vec::new(),
     };
     let track = |fruit, confirmed| TrackRecord { p_world: [0.0; 3], radius: 0.03, hits: 1, confirmed, fruit };
     let keys = plan.keys();
@@ -215,6 +237,7 @@ fn closed_forms() {
         ("false_positives_per_view", 1.0, 3),
         ("wood_false_positives_per_view", 1.0 / 3.0, 3),
         ("radius_bias_m", -0.001, 2),
+        ("diameter_error_m", 0.004, 2),
         ("survey_recall", 1.0 / 2.0, 2),
         ("survey_recall_all", 2.0 / 4.0, 4),
         ("track_precision", 1.0 / 2.0, 2),

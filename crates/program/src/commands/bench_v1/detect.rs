@@ -4,7 +4,7 @@ mod tables;
 
 use anyhow::Context;
 use orchard_bench::store::Store;
-use orchard_report::detection;
+use orchard_report::{detection, precision_recall};
 use orchard_scenario::Scenario;
 use orchard_tasks::detect::{DetectPlan, DetectRecord, DetectSummary, Views};
 use orchard_tasks::plan_file::TreeExtent;
@@ -13,8 +13,9 @@ use super::bar::RecordProgress;
 use super::task::PresentedTask;
 use crate::failure::Failure;
 
-/// Name of the figure under the result folder.
+/// Names of the figures under the result folder.
 const FIGURE: &str = "detect.svg";
+const CURVES: &str = "detect-precision-recall.svg";
 
 /// The detection task of a camera and a detector on some trees.
 pub struct Detecting {
@@ -64,10 +65,16 @@ impl PresentedTask for Detecting {
     }
 
     fn report(&self, summary: &DetectSummary, store: &Store) -> Result<(), Failure> {
-        let svg = detection(summary, &self.plan.protocol.detect).context("cannot draw the figure")?.svg;
-        store.write_bytes(FIGURE, svg.as_bytes()).map_err(|e| Failure::Failed(e.to_string()))?;
+        let figures =
+            [(FIGURE, detection(summary, &self.plan.protocol.detect)), (CURVES, precision_recall(summary))];
+        for (name, figure) in figures {
+            let svg = figure.context("cannot draw the figure")?.svg;
+            store.write_bytes(name, svg.as_bytes()).map_err(|e| Failure::Failed(e.to_string()))?;
+        }
         say!("{}", tables::report(summary, &self.plan).trim_end());
-        say!("figure: {}", store.path().join(FIGURE).display());
+        for name in [FIGURE, CURVES] {
+            say!("figure: {}", store.path().join(name).display());
+        }
         Ok(())
     }
 }
@@ -96,6 +103,9 @@ mod tests {
             "foliage  precision",
             "upper outer",
             "without cylinder",
+            "AP 0.5 radius",
+            "of detections alone, since gates decide",
+            "average precision within 1 radius by visible fraction and canopy zone",
             "requirements over the tuning seeds are not judged",
         ] {
             assert!(text.contains(part), "{part}\n{text}");
@@ -105,6 +115,8 @@ mod tests {
         }
         let svg = detection(&summary, &plan.protocol.detect).unwrap().svg;
         assert!(svg.contains("foliage density") && svg.contains("precision, published"));
-        assert!(!svg.contains("NaN") && !text.contains("NaN"));
+        let curves = precision_recall(&summary).unwrap().svg;
+        assert!(curves.contains("recall") && curves.contains("foliage 1.5"));
+        assert!([&svg, &curves, &text].iter().all(|text| !text.contains("NaN")));
     }
 }

@@ -2,25 +2,43 @@
 
 use std::path::{Path, PathBuf};
 
-use orchard_exchange::{depth_png, intrinsics};
+use orchard_exchange::intrinsics::{Lens, OfImage};
+use orchard_exchange::{colour_image, depth_image, depth_png, intrinsics};
 use orchard_geometry::{DepthImage, Image, Intrinsics, Vec3};
 use orchard_perception::{DetectorConfig, mask};
+use orchard_quantity::{Span, Unit};
 
-use crate::failure::Failure;
 use orchard_scenario::OptionValue;
 use orchard_spec::camera::CameraSpec;
+use serde::Deserialize;
+
+use crate::failure::Failure;
 
 #[derive(clap::Args)]
 pub struct InputArgs {
-    /// Depth image: 16-bit grey PNG
-    #[arg(long, value_name = "IMAGE.png")]
-    pub depth: PathBuf,
-    /// Pinhole intrinsics of the camera (JSON)
-    #[arg(long, value_name = "FILE.json")]
-    pub intrinsics: PathBuf,
-    /// Depth of pixel value 1 [m]
-    #[arg(long, value_name = "METRES", default_value_t = depth_png::MILLIMETRE, allow_negative_numbers = true)]
-    pub unit: f64,
+    /// Depth image: 16-bit grey PNG, TIFF, NumPy .npy or .npz
+    #[arg(long, value_name = "IMAGE")]
+    #[cfg_attr(feature = "recording", arg(required_unless_present = "mcap"))]
+    #[cfg_attr(not(feature = "recording"), arg(required = true))]
+    pub depth: Option<PathBuf>,
+    /// Intrinsics of the camera: JSON or YAML of ROS, RealSense, Open3D, BOP, or our own
+    #[arg(long, value_name = "FILE")]
+    #[cfg_attr(feature = "recording", arg(required_unless_present = "mcap"))]
+    #[cfg_attr(not(feature = "recording"), arg(required = true))]
+    intrinsics: Option<PathBuf>,
+    /// Depth of pixel value 1 [m]; by default that of the intrinsics file (BOP's depth_scale), else 0.001 for whole numbers and 1 for
+    /// floating-point numbers
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
+    pub unit: Option<f64>,
+    /// Colour image of the same view and size, PNG or JPEG, for --picture or --onnx
+    #[arg(long, value_name = "IMAGE")]
+    pub colour: Option<PathBuf>,
+    /// Working range in depth [m] instead of the detector's own
+    #[arg(long, value_name = "A,B", value_parser = pair, allow_hyphen_values = true)]
+    range: Option<(f64, f64)>,
+    /// Radii of fruit [m] instead of the detector's own
+    #[arg(long, value_name = "A,B", value_parser = pair, allow_hyphen_values = true)]
+    radius: Option<(f64, f64)>,
     /// Mask of pixels to ignore, such as the robot's: 1-bit or 8-bit grey PNG; black pixels are kept
     #[arg(long, value_name = "MASK.png")]
     pub mask: Option<PathBuf>,
@@ -41,8 +59,15 @@ pub struct InputArgs {
 
 /// The parsed input files.
 pub struct Input {
+    /// As the pinhole sees it.
     pub depth: DepthImage,
     pub intrinsics: Intrinsics,
+    /// Distortion that was undone.
+    pub lens: Option<Lens>,
+    /// As the pinhole sees it.
+    pub colour: Option<Image<[u8; 3]>>,
+    /// Depth of value 1 \[m\].
+    pub unit: f64,
     pub mask: Option<Image<bool>>,
     pub config: DetectorConfig,
 }
@@ -62,48 +87,81 @@ impl InputArgs {
     }
 
     /// The detector of `--camera` or `--detector`.
-    fn detector(&self) -> Result<DetectorConfig, Failure> {
+    pub fn detector(&self) -> Result<DetectorConfig, Failure> {
         if let Some(camera) = &self.camera {
             CameraSpec::named(camera).map_err(|e| Failure::BadInput(format!("--camera {camera}: {e}")))?;
         }
-        orchard_scenario::detector(&OptionValue::new(self.detector_name(), "--detector"))
-            .map_err(|e| Failure::BadInput(e.to_string()))
+        let mut config = orchard_scenario::detector(&OptionValue::new(self.detector_name(), "--detector"))
+            .map_err(|e| Failure::BadInput(e.to_string()))?;
+        let told = |option: &str, (a, b): (f64, f64), e: String| {
+            Failure::BadInput(format!("{option} {a},{b} [m]: {e}"))
+        };
+        if let Some(ends) = self.range {
+            let range = &mut config.segmentation.range;
+            *range = replaced(range, ends).map_err(|e| told("--range", ends, e))?;
+        }
+        if let Some(ends) = self.radius {
+            let gate = &mut config.gates.radius;
+            gate.on = true;
+            gate.limit = replaced(&gate.limit, ends).map_err(|e| told("--radius", ends, e))?;
+        }
+        Ok(config)
+    }
+
+    /// Checks `--unit`.
+    pub fn check_unit(&self) -> Result<(), Failure> {
+        self.unit.map_or(Ok(()), |unit| within("--unit", unit, &UNITS))
     }
 
     /// Reads all files; an error names the option, file, field and range.
     pub fn read(&self) -> Result<Input, Failure> {
-        let within = |option, value: f64, range: &std::ops::RangeInclusive<f64>| {
-            let (low, high) = (range.start(), range.end());
-            let bad =
-                || Failure::BadInput(format!("{option} {value}: the allowed range is [{low}, {high}] m"));
-            range.contains(&value).then_some(()).ok_or_else(bad)
+        let (Some(depth_file), Some(intrinsics_file)) = (&self.depth, &self.intrinsics) else {
+            return Err(Failure::BadInput("--depth and --intrinsics are needed".to_owned()));
         };
-        within("--unit", self.unit, &UNITS)?;
+        self.check_unit()?;
         if let Some(height) = self.camera_height {
             within("--camera-height", height, &HEIGHTS)?;
         }
         let config = self.detector()?;
-        let text = orchard_input::text(&self.intrinsics, orchard_input::CONFIG)
-            .map_err(|e| bad("--intrinsics", &self.intrinsics, e))?;
-        let intrinsics = intrinsics::read(&text).map_err(|e| bad("--intrinsics", &self.intrinsics, e))?;
-        let depth = depth_png::read(&bytes("--depth", &self.depth)?, self.unit)
-            .map_err(|e| bad("--depth", &self.depth, e))?;
-        self.same_size("--depth", &self.depth, (depth.width(), depth.height()), &intrinsics)?;
-        let mask = self.read_mask(&depth, &intrinsics, &config)?;
-        Ok(Input { depth, intrinsics, mask, config })
+        let raw =
+            depth_image::read(&bytes("--depth", depth_file)?).map_err(|e| bad("--depth", depth_file, e))?;
+        let text = orchard_input::text(intrinsics_file, orchard_input::CONFIG)
+            .map_err(|e| bad("--intrinsics", intrinsics_file, e))?;
+        let number = depth_file.file_stem().and_then(|stem| stem.to_string_lossy().parse().ok());
+        let camera = intrinsics::read_camera(&text, &OfImage { size: Some(raw.size()), number })
+            .map_err(|e| bad("--intrinsics", intrinsics_file, e))?;
+        let (intrinsics, lens) = (camera.intrinsics, camera.lens);
+        self.same_size("--depth", depth_file, raw.size(), &intrinsics)?;
+        let unit = self.unit.or(camera.unit).unwrap_or(raw.usual_unit());
+        let mut depth = raw.depth(unit).map_err(|e| bad("--depth", depth_file, e))?;
+        let mut colour = self.read_colour(&intrinsics)?;
+        if let Some(lens) = &lens {
+            depth = lens.undone(&depth, &intrinsics, 0.0);
+            colour = colour.map(|colour| lens.undone(&colour, &intrinsics, [0; 3]));
+        }
+        let mask = self.read_mask(&depth, &intrinsics, lens.as_ref(), &config)?;
+        Ok(Input { depth, intrinsics, lens, colour, unit, mask, config })
+    }
+
+    fn read_colour(&self, k: &Intrinsics) -> Result<Option<Image<[u8; 3]>>, Failure> {
+        let Some(file) = &self.colour else { return Ok(None) };
+        let colour = colour_image::read(&bytes("--colour", file)?).map_err(|e| bad("--colour", file, e))?;
+        self.same_size("--colour", file, (colour.width(), colour.height()), k)?;
+        Ok(Some(colour))
     }
 
     fn read_mask(
         &self,
         depth: &DepthImage,
         intrinsics: &Intrinsics,
+        lens: Option<&Lens>,
         config: &DetectorConfig,
     ) -> Result<Option<Image<bool>>, Failure> {
         let mut all = None;
         if let Some(file) = &self.mask {
             let mask = depth_png::read_mask(&bytes("--mask", file)?).map_err(|e| bad("--mask", file, e))?;
             self.same_size("--mask", file, (mask.width(), mask.height()), intrinsics)?;
-            all = Some(mask);
+            all = Some(lens.map_or(mask.clone(), |lens| lens.undone(&mask, intrinsics, false)));
         }
         if let Some(height) = self.camera_height {
             let margin = config.mask.ground_margin.si();
@@ -128,7 +186,7 @@ impl InputArgs {
         }
         let problem = format!(
             "is {width} x {height}, but --intrinsics {} is for {} x {}",
-            self.intrinsics.display(),
+            self.intrinsics.as_deref().unwrap_or(Path::new("-")).display(),
             k.width,
             k.height
         );
@@ -136,12 +194,34 @@ impl InputArgs {
     }
 }
 
-fn bytes(option: &str, file: &Path) -> Result<Vec<u8>, Failure> {
+fn within(option: &str, value: f64, range: &std::ops::RangeInclusive<f64>) -> Result<(), Failure> {
+    let (low, high) = (range.start(), range.end());
+    let bad = || Failure::BadInput(format!("{option} {value}: the allowed range is [{low}, {high}] m"));
+    range.contains(&value).then_some(()).ok_or_else(bad)
+}
+
+pub fn bytes(option: &str, file: &Path) -> Result<Vec<u8>, Failure> {
     orchard_input::bytes(file, orchard_input::IMAGE).map_err(|e| bad(option, file, e))
 }
 
-fn bad(option: &str, file: &Path, problem: impl std::fmt::Display) -> Failure {
+pub fn bad(option: &str, file: &Path, problem: impl std::fmt::Display) -> Failure {
     Failure::BadInput(format!("{option} {}: {problem}", file.display()))
+}
+
+/// The span with other ends \[m\], in its own unit.
+fn replaced(span: &Span, (low, high): (f64, f64)) -> Result<Span, String> {
+    let written = serde_json::to_value(span).map_err(|e| e.to_string())?;
+    let unit = Unit::deserialize(&written["unit"]).map_err(|e| e.to_string())?.to_si();
+    span.with_ends(low / unit, high / unit)
+}
+
+/// Parses two numbers, the lower one first.
+fn pair(text: &str) -> Result<(f64, f64), String> {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|x| x.trim().parse()).collect();
+    match numbers.as_deref() {
+        Ok(&[low, high]) if low < high && low.is_finite() && high.is_finite() => Ok((low, high)),
+        _ => Err("must be two numbers [m], the lower one first, such as 0.3,2.5".into()),
+    }
 }
 
 /// Parses a direction of any length but zero and returns the unit vector.

@@ -1,6 +1,6 @@
-//! Picture of a depth image with its detections.
+//! Picture of a depth or colour image with its detections.
 
-use orchard_camera::picture::depth_picture_enlarged;
+use orchard_camera::picture::{ColouredCircle, depth_colour, depth_picture_in_range, draw_circles};
 use orchard_geometry::{DepthImage, Image, Intrinsics};
 use orchard_perception::Detection;
 
@@ -12,17 +12,46 @@ const WIDTH: usize = 960;
 /// Height of the letters \[px\].
 const LETTERS: f64 = 13.0;
 
-/// Draws depth in false colour, with the outline of each fruit and its radius \[mm\] beside it.
-pub fn picture(depth: &DepthImage, k: &Intrinsics, detections: &[&Detection]) -> Image<[u8; 3]> {
+/// Colour of circles on false colours.
+const GREEN: [u8; 3] = [60, 255, 120];
+
+/// Draws the outline of each fruit and its radius \[mm\] beside it: on the colour image, in the colour of its depth within the range \[m\];
+/// without one, on depth in false colour over that range.
+pub fn picture(
+    depth: &DepthImage,
+    colour: Option<&Image<[u8; 3]>>,
+    k: &Intrinsics,
+    range: (f64, f64),
+    detections: &[&Detection],
+) -> Image<[u8; 3]> {
     let scale = (WIDTH / depth.width().max(1)).clamp(1, 8);
-    let circles: Vec<(f64, f64, f64)> =
-        detections.iter().map(|d| (d.center_px.0, d.center_px.1, k.fx * d.radius / d.p_camera.z)).collect();
-    let mut picture = depth_picture_enlarged(depth, &circles, scale);
-    for (d, (u, v, radius)) in detections.iter().zip(circles) {
+    let circles: Vec<ColouredCircle> = detections
+        .iter()
+        .map(|d| {
+            let ink = if colour.is_some() { depth_colour(d.p_camera.z, range) } else { GREEN };
+            ((d.center_px.0, d.center_px.1, k.fx * d.radius / d.p_camera.z), ink)
+        })
+        .collect();
+    let mut picture = match colour {
+        Some(colour) => enlarged(colour, scale),
+        None => depth_picture_in_range(depth, range, scale),
+    };
+    draw_circles(&mut picture, &circles, scale);
+    for (d, ((u, v, radius), _)) in detections.iter().zip(circles) {
         let text = format!("{:.0}", 1e3 * d.radius);
         let (left, top) = ((u + radius + 0.5) * scale as f64 + 2.0, (v + 0.5) * scale as f64);
         let top = top - 0.5 * LETTERS;
         caption::write_label(&mut picture, &text, left as i32, top as i32);
     }
     picture
+}
+
+fn enlarged(image: &Image<[u8; 3]>, scale: usize) -> Image<[u8; 3]> {
+    let mut out = Image::filled(image.width() * scale, image.height() * scale, [0; 3]);
+    for v in 0..out.height() {
+        for u in 0..out.width() {
+            out[(u, v)] = image[(u / scale, v / scale)];
+        }
+    }
+    out
 }

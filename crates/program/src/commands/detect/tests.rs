@@ -19,12 +19,12 @@ struct Cli {
 }
 
 /// Runs the command; options are separated by blanks.
-fn command(options: &str) -> Result<(), Failure> {
+pub(super) fn command(options: &str) -> Result<(), Failure> {
     let words = std::iter::once("detect").chain(options.split_whitespace());
     run(&Cli::try_parse_from(words).unwrap().args)
 }
 
-fn refused(options: &str) -> String {
+pub(super) fn refused(options: &str) -> String {
     match command(options) {
         Err(Failure::BadInput(line)) => line,
         other => panic!("{options}: {other:?}"),
@@ -32,7 +32,7 @@ fn refused(options: &str) -> String {
 }
 
 /// Files of one view of a world, and their content.
-fn view(folder: &Path) -> (Intrinsics, orchard_geometry::DepthImage, Vec3, f64) {
+pub(super) fn view(folder: &Path) -> (Intrinsics, orchard_geometry::DepthImage, Vec3, f64) {
     let spec = Arc::new(Spec::preset(Preset::Paper));
     let world = World::new(spec, Arc::new(RobotModel::paper()), 20250704, 0).unwrap();
     let mut scene = world.scene();
@@ -141,7 +141,7 @@ fn what_cannot_be_used_is_told_with_file_field_and_range() {
     for (depth, camera, more, told) in [
         ("none.png", "camera.json", "", "none.png: No such file"),
         ("short.png", "camera.json", "", "short.png: cannot be read as PNG"),
-        ("text.png", "camera.json", "", "text.png: cannot be read as PNG"),
+        ("text.png", "camera.json", "", "text.png: is no PNG, TIFF, .npy or .npz file by its first bytes"),
         (
             "eight.png",
             "camera.json",
@@ -155,6 +155,20 @@ fn what_cannot_be_used_is_told_with_file_field_and_range() {
         ("depth.png", "latin.json", "", "latin.json: is not text in UTF-8"),
         ("depth.png", "camera.json", "--unit 0", "--unit 0: the allowed range is [0.000000001, 1] m"),
         ("depth.png", "camera.json", "--unit NaN", "--unit NaN: the allowed range"),
+        (
+            "depth.png",
+            "camera.json",
+            "--range 0.5,1000",
+            "--range 0.5,1000 [m]: 1000 is outside the allowed range",
+        ),
+        (
+            "depth.png",
+            "camera.json",
+            "--radius -1,0.05",
+            "--radius -1,0.05 [m]: -1000 is outside the allowed range",
+        ),
+        ("depth.png", "camera.json", "--image-id 3", "--image-id 3: needs --boxes or --masks"),
+        ("depth.png", "camera.json", "--boxes none.json", "--boxes none.json: No such file"),
         ("depth.png", "camera.json", "--camera-height 1e9", "--camera-height 1000000000: the allowed range"),
         ("depth.png", "camera.json", "--config d415", "--detector: no detector 'd415'"),
         ("depth.png", "camera.json", "--config none.toml", "--detector none.toml: No such file"),
@@ -178,3 +192,9 @@ fn what_cannot_be_used_is_told_with_file_field_and_range() {
         assert!(Cli::try_parse_from(words.iter().chain(&[bad])).is_err(), "{bad}");
     }
 }
+
+#[cfg(feature = "recording")]
+mod bags;
+mod formats;
+mod in_regions;
+mod networks;

@@ -3,7 +3,7 @@
 use orchard_scenario::SceneNames;
 use orchard_statistics::Metric;
 use orchard_tasks::detect::{
-    DensitySummary, DetectPlan, DetectSummary, FoliageFigure, SitsOn, VariantSummary, variants,
+    DensitySummary, DetectPlan, DetectSummary, FoliageFigure, RankedFruit, SitsOn, VariantSummary, variants,
 };
 use orchard_tasks::protocol::Protocol;
 use orchard_tasks::zones::Zone;
@@ -35,6 +35,7 @@ pub fn report(summary: &DetectSummary, plan: &DetectPlan) -> String {
     );
     text += &sweep(summary, plan);
     text += &requirements(summary, plan);
+    text += &ranking(summary, plan);
     text +=
         "\nrecall of all visible fruit, by visible fraction (fruit in range), and over the views of a tree\n";
     text += &recalls(summary);
@@ -87,10 +88,77 @@ fn sweep(summary: &DetectSummary, plan: &DetectPlan) -> String {
 
 /// Text of the interval of a mean that has three decimals.
 fn interval3(metric: &Metric) -> String {
-    match metric.ci95 {
+    ends3(metric.ci95)
+}
+
+/// Text of an interval with three decimals.
+fn ends3(ci95: [Option<f64>; 2]) -> String {
+    match ci95 {
         [Some(low), Some(high)] => format!("{low:.3} .. {high:.3}"),
         _ => "-".to_owned(),
     }
+}
+
+/// Average precision, sizes and calibration; then average precision by visible fraction and zone.
+fn ranking(summary: &DetectSummary, plan: &DetectPlan) -> String {
+    let rules = &plan.protocol.detect;
+    let (near, far) = plan.camera.range();
+    let tail = if plan.detector.score.on {
+        format!("spheres down to a score of {} included", rules.ranking.least_score.si())
+    } else {
+        "of detections alone, since gates decide: what they refuse is not found".to_owned()
+    };
+    let mut text = format!(
+        "\naverage precision of detections ranked by score, {tail}\nover fruit at least {:.0} % visible with at least {} px, {near} to {far} m away; \
+         other visible fruit is neither right nor wrong\n",
+        100.0 * rules.found.visible_fraction.si(),
+        rules.found.pixels.get(),
+    );
+    let radii: Vec<String> = rules.ranking.radii.iter().map(|radii| radii.si().to_string()).collect();
+    let mut head = vec!["foliage".to_owned()];
+    for radii in &radii {
+        head.extend([format!("AP {radii} radius"), "95 %".to_owned()]);
+    }
+    head.extend(["fruit", "diameter mm", "correlation", "Brier", "calibration"].map(str::to_owned));
+    let row = |density: &DensitySummary| {
+        let ranking = &density.ranking;
+        let mut row = vec![density.foliage.to_string()];
+        for ap in radii.iter().filter_map(|radii| ranking.ap.get(radii)) {
+            row.extend([number3(ap.value), ends3(ap.ci95)]);
+        }
+        row.push(ranking.ap.values().map(|ap| ap.n).max().unwrap_or(0).to_string());
+        row.push(number(density.results.metrics["diameter_error_m"].mean.map(|x| 1e3 * x)));
+        row.push(number(density.radius_correlation.value));
+        row.extend([number3(ranking.calibration.brier.mean), number3(ranking.calibration.expected_error)]);
+        row
+    };
+    let rows: Vec<Vec<String>> = std::iter::once(head).chain(summary.densities.iter().map(row)).collect();
+    text += &columns(&rows, &[0]);
+    for radii in &radii {
+        text += &format!("\naverage precision within {radii} radius by visible fraction and canopy zone\n");
+        text += &parts(summary, radii);
+    }
+    text
+}
+
+/// Average precision within one distance by visible fraction and by zone.
+fn parts(summary: &DetectSummary, radii: &str) -> String {
+    let Some(first) = summary.densities.first() else { return String::new() };
+    let cell = |of: &RankedFruit| number(of.ap.get(radii).copied().flatten());
+    let mut head = vec!["foliage".to_owned()];
+    head.extend(first.ranking.by_visible_fraction.iter().map(|bin| {
+        let [low, high] = bin.visible_fraction.map(|edge| (100.0 * edge).round());
+        format!("{low}-{high} %")
+    }));
+    head.extend(first.ranking.by_zone.keys().map(name));
+    let row = |density: &DensitySummary| {
+        let mut row = vec![density.foliage.to_string()];
+        row.extend(density.ranking.by_visible_fraction.iter().map(|bin| cell(&bin.ranked)));
+        row.extend(density.ranking.by_zone.values().map(cell));
+        row
+    };
+    let rows: Vec<Vec<String>> = std::iter::once(head).chain(summary.densities.iter().map(row)).collect();
+    columns(&rows, &[0])
 }
 
 /// Requirements over the tuning seeds, and whether the results meet them.
