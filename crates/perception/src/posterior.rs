@@ -13,13 +13,15 @@ const PULL: f64 = 1.2;
 /// First band over the radius of the sphere to start from; it is halved at each step.
 const FIRST_BAND: f64 = 0.2;
 /// Largest number of steps.
-const STEPS: usize = 10;
+const STEPS: usize = 7;
 /// Pixels along the radius of a sphere; of larger ones every second, third .. column and row is looked at.
-const SAMPLES: f64 = 8.0;
+const SAMPLES: f64 = 6.0;
 /// A step of the centre below this ends the search \[m\].
-const SETTLED: f64 = 3e-4;
+const SETTLED: f64 = 5e-4;
 /// Least sum of weights that determines a sphere.
 const LEAST_WEIGHT: f64 = 8.0;
+/// Least sum of weights over the pixels of the sphere's disc.
+const LEAST_SHARE: f64 = 0.07;
 /// Standard deviation of the centre without measurement, in those of the radius; it keeps the equations regular.
 const FREE: f64 = 30.0;
 
@@ -136,7 +138,8 @@ impl Posterior {
         accesses(looked_at);
         let sampled = weights;
         weights *= (spacing * spacing) as f64;
-        if weights.is_nan() || weights < LEAST_WEIGHT {
+        let disc = std::f64::consts::PI * radius_px * radius_px;
+        if weights.is_nan() || weights < LEAST_WEIGHT.max(LEAST_SHARE * disc) {
             return None;
         }
         let each = (self.independent / weights).min(1.0) * (spacing * spacing) as f64;
