@@ -35,7 +35,7 @@ pub struct ImageKey {
 pub struct Capture {
     /// Measured depth along the optical axis \[m\], 0 without a measurement.
     pub measured: DepthImage,
-    /// True depth, label and instance of every pixel within the camera's range.
+    /// True depth, label and instance of every pixel within the camera's range and the fields of view of its lenses.
     pub truth: Frame,
 }
 
@@ -79,7 +79,29 @@ impl Sensor {
             }
         };
         keep_range(&mut truth, range);
+        self.keep_field(&mut truth);
         Capture { measured, truth }
+    }
+
+    /// Invalidates pixels of surfaces that do not lie in the fields of view of all lenses that a measurement needs: the depth imager, and
+    /// the second imager of a stereo camera.
+    fn keep_field(&self, frame: &mut Frame) {
+        let native = self.spec.native();
+        let imager = native.map_or(self.intrinsics, of_lens);
+        let right = native.map_or(0.0, |native| native.right.si());
+        let baseline = match self.spec.measurement() {
+            Measurement::Stereo(spec) => spec.baseline.si(),
+            _ => 0.0,
+        };
+        let within = |x: f64, length: usize| x >= -0.5 && x < length as f64 - 0.5;
+        let k = self.intrinsics;
+        keep(frame, |i, z| {
+            let p = k.back_project((i % k.width) as f64, (i / k.width) as f64, z);
+            let u = |x: f64| imager.fx * x / z + imager.cx;
+            within(u(p.x + right), imager.width)
+                && within(u(p.x + right - baseline), imager.width)
+                && within(imager.fy * p.y / z + imager.cy, imager.height)
+        });
     }
 
     /// Measures depth with an imager. `drawn` is the true depth at any range, if it has been drawn.
@@ -126,9 +148,14 @@ fn finer(k: &Intrinsics, n: usize) -> Intrinsics {
 
 /// Invalidates pixels nearer or farther than a range \[m\].
 fn keep_range(frame: &mut Frame, (near, far): (f64, f64)) {
+    keep(frame, |_, z| (near..=far).contains(&z));
+}
+
+/// Invalidates pixels that a condition on index and depth \[m\] refuses.
+fn keep(frame: &mut Frame, wanted: impl Fn(usize, f64) -> bool) {
     let pixels = frame.depth.pixels_mut().iter_mut().zip(frame.label.pixels_mut());
-    for ((depth, label), instance) in pixels.zip(frame.instance.pixels_mut()) {
-        if !(near..=far).contains(&f64::from(*depth)) {
+    for (i, ((depth, label), instance)) in pixels.zip(frame.instance.pixels_mut()).enumerate() {
+        if !wanted(i, f64::from(*depth)) {
             (*depth, *label, *instance) = (0.0, Label::None, NO_INSTANCE);
         }
     }

@@ -103,6 +103,11 @@ impl Cloud {
         self.z[i]
     }
 
+    /// Returns the depth of a usable pixel \[m\]; zero elsewhere.
+    pub(crate) fn usable_z(&self, i: usize) -> f64 {
+        self.usable_z[i]
+    }
+
     /// Returns the state of a pixel.
     pub(crate) fn pixel(&self, i: usize) -> Pixel {
         self.pixels[i]
@@ -164,6 +169,32 @@ impl Cloud {
             for (u, (&z, &x)) in (u0..u1).zip(zs.iter().zip(&self.slope_x[u0..u1])) {
                 if z > 0.0 {
                     f(row + u, Vec3::new(x * z, y * z, z));
+                }
+            }
+        });
+        pixels
+    }
+
+    /// Calls `f` with the usable points in every `step`-th column and row of those whose rays meet a ball, row by row. Returns the number
+    /// of pixels looked at.
+    pub(crate) fn sample_in_ball(
+        &self,
+        c: &Vec3,
+        radius: f64,
+        step: usize,
+        mut f: impl FnMut(Vec3),
+    ) -> usize {
+        let mut pixels = 0;
+        self.rows_of_ball(c, radius, |v, (u0, u1)| {
+            if v % step != 0 {
+                return;
+            }
+            let y = self.slope_y[v];
+            for u in (u0.next_multiple_of(step)..u1).step_by(step) {
+                pixels += 1;
+                let z = self.usable_z[v * self.width + u];
+                if z > 0.0 {
+                    f(Vec3::new(self.slope_x[u] * z, y * z, z));
                 }
             }
         });

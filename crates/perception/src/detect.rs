@@ -8,6 +8,7 @@ use crate::posterior::Posterior;
 use crate::search::{Hypothesis, Search};
 use crate::segment::patches;
 use crate::sphere::Sphere;
+use crate::votes;
 use crate::{DetectorConfig, PerceptionError};
 use orchard_geometry::{DepthImage, Image, Intrinsics, Vec3};
 
@@ -87,23 +88,22 @@ fn find(
     let limits = Limits::new(config);
     let mut marks = vec![false; cloud.len()];
     let mut out = Vec::new();
-    let mut judge = |h: &Hypothesis| {
+    let mut judge = |h: Hypothesis| {
         let refused_by = limits.refusal(&cloud, &h.sphere, &h.support, &mut marks);
-        // A sphere that is no fruit by its gates may still have started on one: with a score its pixels start other fits.
-        let explains = refused_by.is_none() || !config.score.on;
         if wanted(refused_by) {
-            out.push((h.clone(), refused_by));
+            out.push((h, refused_by));
         }
-        explains
     };
-    if config.fit.refine {
+    if config.fit.use_prior {
+        votes::run(&cloud, config, judge);
+    } else if config.fit.refine {
         Search::new(&cloud, config).run(judge);
     } else {
         let noise = Noise::new(config);
         for support in patches(&cloud, |z| noise.jump(z), limits.min_pixels) {
             let sphere = Sphere::fit(support.iter().map(|&i| cloud.point(i)));
             if let Some(sphere) = sphere.filter(|s| s.center.z > 0.0) {
-                judge(&Hypothesis { sphere, support });
+                judge(Hypothesis { sphere, support });
             }
         }
     }

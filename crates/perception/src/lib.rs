@@ -21,6 +21,7 @@ mod search;
 mod segment;
 mod sphere;
 mod track;
+mod votes;
 
 pub use config::DetectorConfig;
 pub use detect::{Candidate, Detection, candidates, detect};

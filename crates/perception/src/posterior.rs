@@ -9,13 +9,19 @@ use orchard_geometry::Vec3;
 
 /// Band in which pixels pull at the sphere, as a multiple of the noise band. Their weight falls smoothly to zero at its ends (Tukey's
 /// biweight).
-const PULL: f64 = 1.5;
+const PULL: f64 = 1.2;
+/// First band over the radius of the sphere to start from; it is halved at each step.
+const FIRST_BAND: f64 = 0.2;
 /// Largest number of steps.
-const STEPS: usize = 8;
+const STEPS: usize = 7;
+/// Pixels along the radius of a sphere; of larger ones every second, third .. column and row is looked at.
+const SAMPLES: f64 = 6.0;
 /// A step of the centre below this ends the search \[m\].
-const SETTLED: f64 = 1e-4;
+const SETTLED: f64 = 5e-4;
 /// Least sum of weights that determines a sphere.
 const LEAST_WEIGHT: f64 = 8.0;
+/// Least sum of weights over the pixels of the sphere's disc.
+const LEAST_SHARE: f64 = 0.07;
 /// Standard deviation of the centre without measurement, in those of the radius; it keeps the equations regular.
 const FREE: f64 = 30.0;
 
@@ -48,11 +54,6 @@ impl Posterior {
         }
     }
 
-    /// True if the radius has a prior.
-    pub(crate) fn has_prior(&self) -> bool {
-        self.prior.is_some()
-    }
-
     /// Returns the sphere of largest posterior probability next to a sphere, by Gauss and Newton's method; `None` if too few pixels lie on
     /// it. `accesses` takes the number of pixels looked at.
     pub(crate) fn settle(
@@ -62,15 +63,19 @@ impl Posterior {
         mut accesses: impl FnMut(usize),
     ) -> Option<Sphere> {
         let mut sphere = *start;
+        let mut widening = FIRST_BAND * start.radius;
         for _ in 0..STEPS {
-            let (a, b) = self.equations(cloud, &sphere, &mut accesses)?;
+            let narrowest = PULL * self.noise.band(sphere.center.z);
+            let settled = widening <= narrowest;
+            let (a, b) = self.equations(cloud, &sphere, widening.max(narrowest), &mut accesses)?;
+            widening *= 0.5;
             let x = a.cholesky()?.solve(&b);
             let step = Vec3::new(x[0], x[1], x[2]);
             sphere = Sphere { center: sphere.center + step, radius: sphere.radius + x[3] };
             if !(sphere.radius > 0.0 && sphere.center.z > sphere.radius) {
                 return None;
             }
-            if step.norm() < SETTLED {
+            if settled && step.norm() < SETTLED {
                 break;
             }
         }
@@ -79,7 +84,9 @@ impl Posterior {
 
     /// Returns the standard deviations of a sphere.
     pub(crate) fn deviations(&self, cloud: &Cloud, sphere: &Sphere) -> Deviations {
-        let covariance = self.equations(cloud, sphere, &mut |_| ()).and_then(|(a, _)| a.try_inverse());
+        let covariance = self
+            .equations(cloud, sphere, PULL * self.noise.band(sphere.center.z), &mut |_| ())
+            .and_then(|(a, _)| a.try_inverse());
         let deviation = |axes: &[usize]| {
             let variance = |c: &Matrix4<f64>| axes.iter().map(|&k| c[(k, k)]).sum::<f64>();
             covariance.as_ref().map_or(f64::INFINITY, |c| variance(c).max(0.0).sqrt())
@@ -93,12 +100,17 @@ impl Posterior {
         &self,
         cloud: &Cloud,
         sphere: &Sphere,
+        band: f64,
         accesses: &mut impl FnMut(usize),
     ) -> Option<(Matrix4<f64>, Vector4<f64>)> {
         let deviation = self.noise.deviation(sphere.center.z);
-        let band = PULL * self.noise.band(sphere.center.z);
-        let (mut a, mut b, mut weights) = (Matrix4::zeros(), Vector4::zeros(), 0.0_f64);
-        let looked_at = cloud.usable_in_ball(&sphere.center, sphere.radius + band, |_, p| {
+        // Sums of the weights, the weighted normals, the upper half of their outer products, and of both times the residual.
+        let (mut weights, mut normals, mut products) = (0.0_f64, Vec3::zeros(), [0.0; 6]);
+        let (mut residuals, mut pulls) = (0.0, Vec3::zeros());
+        let radius_px = sphere.radius * cloud.focal / sphere.center.z;
+        // A float-to-integer cast saturates.
+        let spacing = ((radius_px / SAMPLES) as usize).clamp(1, cloud.width);
+        let looked_at = cloud.sample_in_ball(&sphere.center, sphere.radius + band, spacing, |p| {
             let q = p - sphere.center;
             let distance = q.norm();
             let residual = distance - sphere.radius;
@@ -107,18 +119,41 @@ impl Posterior {
             }
             let share = residual / band;
             let weight = (1.0 - share * share) * (1.0 - share * share);
-            let gradient = Vector4::new(q.x / distance, q.y / distance, q.z / distance, 1.0);
-            a += gradient * gradient.transpose() * weight;
-            b += gradient * (residual * weight);
+            let n = q / distance;
+            let weighted = n * weight;
+            normals += weighted;
+            let outer = [
+                n.x * weighted.x,
+                n.x * weighted.y,
+                n.x * weighted.z,
+                n.y * weighted.y,
+                n.y * weighted.z,
+                n.z * weighted.z,
+            ];
+            products.iter_mut().zip(outer).for_each(|(sum, x)| *sum += x);
+            residuals += residual * weight;
+            pulls += weighted * residual;
             weights += weight;
         });
         accesses(looked_at);
-        if weights.is_nan() || weights < LEAST_WEIGHT {
+        let sampled = weights;
+        weights *= (spacing * spacing) as f64;
+        let disc = std::f64::consts::PI * radius_px * radius_px;
+        if weights.is_nan() || weights < LEAST_WEIGHT.max(LEAST_SHARE * disc) {
             return None;
         }
-        let scale = (self.independent / weights).min(1.0) / (deviation * deviation);
-        a *= scale;
-        b *= scale;
+        let each = (self.independent / weights).min(1.0) * (spacing * spacing) as f64;
+        let scale = each / (deviation * deviation);
+        let [xx, xy, xz, yy, yz, zz] = products;
+        let [nx, ny, nz] = [normals.x, normals.y, normals.z];
+        #[rustfmt::skip]
+        let mut a = scale * Matrix4::new(
+            xx, xy, xz, nx,
+            xy, yy, yz, ny,
+            xz, yz, zz, nz,
+            nx, ny, nz, sampled,
+        );
+        let mut b = scale * Vector4::new(pulls.x, pulls.y, pulls.z, residuals);
         if let Some((mean, sd)) = self.prior {
             let precision = 1.0 / (sd * sd);
             a[(3, 3)] += precision;

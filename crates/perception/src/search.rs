@@ -3,7 +3,6 @@
 use crate::cloud::{Cloud, Rectangle};
 use crate::config::DetectorConfig;
 use crate::noise::Noise;
-use crate::posterior::Posterior;
 use crate::sphere::{Moments, Sphere};
 use std::cell::Cell;
 
@@ -24,7 +23,6 @@ pub(crate) struct Search<'a> {
     /// Interval of the radius gate; `None` if the gate is off.
     radius: Option<(f64, f64)>,
     noise: Noise,
-    posterior: Posterior,
     /// Number of pixel accesses left.
     effort: Cell<usize>,
 }
@@ -55,24 +53,22 @@ impl<'a> Search<'a> {
             smallest: config.gates.radius.limit.si().0,
             radius: config.gates.radius.si(),
             noise: Noise::new(config),
-            posterior: Posterior::new(config),
             effort: Cell::new(cloud.len().saturating_mul(c.effort.get() as usize)),
         }
     }
 
     /// Passes to `judge` the spheres found from the usable pixels of a grid, row by row. A pixel that supports a sphere starts no other
-    /// fit if `judge` says so. The search ends when its effort is spent.
-    pub(crate) fn run(&self, mut judge: impl FnMut(&Hypothesis) -> bool) {
+    /// fit. The search ends when its effort is spent.
+    pub(crate) fn run(&self, mut judge: impl FnMut(Hypothesis)) {
         let mut explained = vec![false; self.cloud.len()];
         let image = Rectangle { u: (0, self.cloud.width), v: (0, self.cloud.height) };
         self.cloud.usable_in(image, self.stride, |seed, p| {
             if explained[seed] || self.effort.get() == 0 {
                 return;
             }
-            if let Some(h) = self.local(seed, &p).and_then(|start| self.refined(start))
-                && judge(&h)
-            {
+            if let Some(h) = self.local(seed, &p).and_then(|start| self.refined(start)) {
                 h.support.iter().for_each(|&i| explained[i] = true);
+                judge(h);
             }
         });
     }
@@ -94,9 +90,7 @@ impl<'a> Search<'a> {
             }
         });
         let (sphere, rms) = moments.sphere()?;
-        // The prior would pull a bowl to the size of a fruit.
-        let bulges = sphere.center.z > z || !self.posterior.has_prior();
-        let plausible = self.radius_plausible(&sphere) && rms <= self.noise.band(z) && bulges;
+        let plausible = self.radius_plausible(&sphere) && rms <= self.noise.band(z);
         plausible.then_some(Start { moments, sphere, rms })
     }
 
@@ -120,13 +114,6 @@ impl<'a> Search<'a> {
                 return None;
             }
             band = (0.5 * band).max(narrowest(&sphere));
-        }
-        if self.posterior.has_prior() {
-            sphere = self.posterior.settle(self.cloud, &sphere, |pixels| self.spend(pixels))?;
-            if !self.radius_plausible(&sphere) {
-                return None;
-            }
-            band = narrowest(&sphere);
         }
         let mut support = Vec::new();
         self.on_sphere(&sphere, band, |i, _| support.push(i));

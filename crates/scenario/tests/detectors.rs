@@ -11,18 +11,18 @@ fn focal(columns: u32, fov: f64) -> f64 {
 
 #[test]
 fn detectors_follow_from_the_noise_of_their_cameras() {
-    for name in ["d435i-aligned", "zed-mini", "azure-kinect", "azure-kinect-native"] {
+    for name in ["d435i", "d435i-aligned", "zed-mini", "azure-kinect", "azure-kinect-native"] {
         let (camera, detector) = (CameraSpec::named(name).unwrap(), DetectorConfig::named(name).unwrap());
         let view = camera.view();
         let of_view = focal(view.width.get(), view.horizontal_fov.as_ref().unwrap().si());
         let of_imager = camera.native().map_or(of_view, |n| focal(n.width.get(), n.horizontal_fov.si()));
-        // Standard deviation at 1 m, half-width of ramps in pixels of the imager, and reach.
-        let (deviation, ramp, reach) = match camera.measurement() {
+        // Standard deviation at 1 m in full sun, and half-width of ramps in pixels of the imager.
+        let (deviation, ramp) = match camera.measurement() {
             Measurement::Stereo(s) => {
                 let ramp = f64::from(s.edge_ramp.get()) + 0.5;
-                (s.disparity_sd() / (of_imager * s.baseline.si()), ramp, f64::INFINITY)
+                (s.disparity_noise.si().1 / (of_imager * s.baseline.si()), ramp)
             }
-            Measurement::TimeOfFlight(s) => (s.noise_at_metre(), 2.0 * s.blur.si(), s.reach()),
+            Measurement::TimeOfFlight(s) => (s.noise.si().1, 2.0 * s.blur.si()),
             Measurement::Exact => unreachable!("{name} has noise"),
         };
         let fit = &detector.fit;
@@ -35,6 +35,6 @@ fn detectors_follow_from_the_noise_of_their_cameras() {
         near("fit.ramp", fit.ramp.si(), ramp * of_view / of_imager / sampling, 0.05);
         let (low, high) = detector.segmentation.range.si();
         near("range.low", low, camera.range().0, 0.0);
-        near("range.high", high, (0.008 / deviation).sqrt().min(reach), 0.05);
+        near("range.high", high, (0.004 / deviation).sqrt(), 0.05);
     }
 }

@@ -13,9 +13,8 @@ const IMAGES: u32 = 8;
 /// A slit of an image: few columns, many rows, pixels as large as the d435i's.
 fn slit() -> Camera {
     let fov = |n: usize, f: f64| 2.0 * math::atan2(0.5 * n as f64, f).to_degrees();
-    let mut text =
-        "[d435i]\nsunlight = { value = 0, range = [0, 1], unit = '1', source = 'x' }\n[d435i.view]\n"
-            .to_owned();
+    let mut text = "[d435i]\nsunlight = { value = 0, range = [0, 1], unit = '1', source = 'x' }\n".to_owned();
+    text += "edge_ramp = { value = 0, range = [0, 15], unit = 'px', source = 'x' }\n[d435i.view]\n";
     for (axis, n) in [("width", COLUMNS), ("height", ROWS)] {
         text += &format!("{axis} = {{ value = {n}, range = [1, 8192], unit = 'px', source = 'x' }}\n");
     }
@@ -105,5 +104,45 @@ fn edges_lie_where_the_displacement_puts_them() {
         let alike = (2 * (2 * w + lag) + 1) as f64;
         let allowed = 5.0 * (expected * (1.0 - expected) * alike / n).sqrt();
         assert!((both - expected).abs() < allowed, "lag {lag}: {both} {expected}");
+    }
+}
+
+#[test]
+fn a_small_step_becomes_a_ramp_as_wide_as_the_window_and_a_large_one_a_gap() {
+    // Without noise of any kind.
+    let camera = Camera::from_toml(
+        "[d435i]
+sunlight = { value = 0, range = [0, 1], unit = '1', source = 'x' }
+\
+         edge_shift = { value = 0, range = [0, 1], unit = 'px', source = 'x' }
+\
+         disparity_noise = { low = 0, high = 0, range = [0, 1], unit = 'px', source = 'x' }
+",
+    );
+    let radius = camera.spec.edge_ramp.get() as usize;
+    assert_eq!(2 * radius + 1, camera.window());
+    let edge = 400;
+    for (z_far, has_gap) in [(1.12, false), (1.4, true)] {
+        let mut scene = Scene::default();
+        camera.wall(&mut scene, 1.0, 0..=edge);
+        camera.wall(&mut scene, z_far, 0..=camera.sensor.intrinsics().width - 1);
+        let measured = camera.take(&scene, 0).measured;
+        let row = |u: usize| f64::from(measured[(u, 200)]);
+        // Two standard deviations of a half-filled window are the whole step.
+        let step = camera.disparity(1.0) - camera.disparity(z_far);
+        assert_eq!(0.5 * step > camera.spec.edge_limit.si(), has_gap);
+        assert_eq!(row(edge) == 0.0, has_gap, "step to {z_far} m");
+        let ends = [edge - radius, edge + radius + 1].map(row);
+        assert!(
+            (ends[0] - 1.0).abs() < 1e-3 && (ends[1] - z_far).abs() < 2e-3,
+            "step to {z_far} m: {ends:?}"
+        );
+        if !has_gap {
+            // Equal steps of disparity, so that none of depth is much more than its share.
+            let most = 1.5 * (z_far - 1.0) / (2 * radius + 1) as f64;
+            for u in edge - radius..=edge + radius {
+                assert!((0.0..most).contains(&(row(u + 1) - row(u))), "pixel {u}: {} {}", row(u), row(u + 1));
+            }
+        }
     }
 }

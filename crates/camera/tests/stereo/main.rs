@@ -22,7 +22,7 @@ impl Camera {
         let mut text = "[d435i]\n".to_owned();
         for (field, value, unit) in figures {
             text += &format!(
-                "{field} = {{ value = {value}, range = [0, 1e4], unit = '{unit}', source = 'x' }}\n"
+                "{field} = {{ value = {value}, range = [0, 10000], unit = '{unit}', source = 'x' }}\n"
             );
         }
         Self::from_toml(&text)

@@ -5,6 +5,8 @@ use orchard_camera::Scene;
 
 /// Figures without noise of edges.
 const SHARP: (&str, f64, &str) = ("edge_shift", 0.0, "px");
+/// Steps stay steps.
+const NO_RAMP: (&str, f64, &str) = ("edge_ramp", 0.0, "px");
 
 #[test]
 fn surfaces_hidden_from_the_other_imager_are_missing() {
@@ -32,7 +34,7 @@ fn surfaces_hidden_from_the_other_imager_are_missing() {
 
 #[test]
 fn thin_things_need_something_behind_them() {
-    let camera = Camera::new(&[NO_DROPOUT, SHARP]);
+    let camera = Camera::new(&[NO_DROPOUT, SHARP, NO_RAMP]);
     let (w, least) = (camera.window(), camera.spec.least_support.si());
     let (first, z) = (300, 1.0);
     for thickness in 1..=w {

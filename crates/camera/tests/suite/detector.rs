@@ -60,7 +60,7 @@ fn stereo_noise_needs_the_band_that_grows_with_depth() {
     let scene = common::orchard(1, 350, 40);
     let score = |config: &DetectorConfig| {
         let mut score = Score::default();
-        for (frame, x) in (0..).zip(vantages(4)) {
+        for (frame, x) in (0..).zip(vantages(16)) {
             let measured = sensor.capture(&scene, &x, ImageKey { seed: 1, world: 0, frame }).measured;
             add_image(&mut score, &scene, sensor.intrinsics(), &x, config, |image| image.depth = measured);
         }

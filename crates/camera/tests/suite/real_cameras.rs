@@ -92,7 +92,7 @@ fn detectors_of_noisy_cameras_find_fruit_with_a_score() {
         let scene = common::orchard(1, 350, 40);
         let config = DetectorConfig::named(name).unwrap();
         let mut score = Score::default();
-        for (frame, x) in (0..).zip(vantages(2)) {
+        for (frame, x) in (0..).zip(vantages(8)) {
             let measured = sensor.capture(&scene, &x, ImageKey { seed: 1, world: 0, frame }).measured;
             let k = sensor.intrinsics();
             let (_, found) = add_image(&mut score, &scene, k, &x, &config, |image| image.depth = measured);
