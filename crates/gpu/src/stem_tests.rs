@@ -116,7 +116,7 @@ fn stems_and_wind_take_memory_only_where_they_are() {
     assert_eq!(plain.fruit.len() * 60, stems.fruit.len() * 36);
     assert_eq!(plain.fruit.len() * 64, windy.fruit.len() * 36);
     let places = 4 * windy.rules.fours as usize;
-    let air = rows * 8 + 72 * (8 + places) + 5 * places;
+    let air = rows * 8 + 72 * (8 + 2 * places) + 5 * places;
     assert!(places > 0);
     assert_eq!(windy.links.len(), plain.links.len() + air * crate::layout::LANES);
 }

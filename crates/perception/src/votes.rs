@@ -77,7 +77,11 @@ struct Cell {
 fn votes(cloud: &Cloud, noise: &Noise, radius: f64) -> Vec<Cell> {
     let mut out = Vec::new();
     let image = Rectangle { u: (0, cloud.width), v: (0, cloud.height) };
-    let index = |x: f64| ((x / (CELL * radius)).floor() + f64::from(1_u32 << (BITS - 1))) as u64;
+    // A place beyond the cells, kilometres aside, is none that a camera sees; a cell has neighbours on both sides.
+    let index = |x: f64| {
+        let index = (x / (CELL * radius)).floor() + f64::from(1_u32 << (BITS - 1));
+        (index >= 1.0 && index < f64::from((1_u32 << BITS) - 1)).then_some(index as u64)
+    };
     cloud.usable_in(image, 1, |i, p| {
         let radius_px = radius * cloud.focal / p.z;
         let spacing = (SPACING * radius_px).floor().max(1.0);
@@ -85,10 +89,10 @@ fn votes(cloud: &Cloud, noise: &Noise, radius: f64) -> Vec<Cell> {
         if u % spacing as usize != 0 || v % spacing as usize != 0 {
             return;
         }
-        if let Some(center) = vote(cloud, noise, radius, (u, v), radius_px) {
+        let Some(center) = vote(cloud, noise, radius, (u, v), radius_px) else { return };
+        if let (Some(x), Some(y), Some(z)) = (index(center.x), index(center.y), index(center.z)) {
             let share = spacing * spacing / (std::f64::consts::PI * radius_px * radius_px);
-            let key = (index(center.z) << (2 * BITS)) | (index(center.y) << BITS) | index(center.x);
-            out.push(Cell { key, share, sum: center * share });
+            out.push(Cell { key: (z << (2 * BITS)) | (y << BITS) | x, share, sum: center * share });
         }
     });
     out
@@ -96,7 +100,8 @@ fn votes(cloud: &Cloud, noise: &Noise, radius: f64) -> Vec<Cell> {
 
 /// Returns the centre of the sphere behind the plane through the pixels about one. Inverse depth is linear in the image on a plane.
 fn vote(cloud: &Cloud, noise: &Noise, radius: f64, (u, v): (usize, usize), radius_px: f64) -> Option<Vec3> {
-    let step = (WINDOW * radius_px / STEPS as f64).round().max(1.0) as i64;
+    // A sphere nearer than its radius fills any image.
+    let step = (WINDOW * radius_px / STEPS as f64).round().clamp(1.0, f64::from(u32::MAX)) as i64;
     let z_seed = cloud.usable_z(v * cloud.width + u);
     let reach = radius.max(noise.jump(z_seed));
     let within = |at: usize, k: i64, length: usize| {

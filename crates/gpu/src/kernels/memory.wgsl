@@ -195,7 +195,7 @@ fn waves_at() -> u32 {
 
 // Quads of a wave with its phases, in all lanes.
 fn quads_of_wave() -> u32 {
-    return (WAVE_FIELDS / QUAD + rules.fours) * LANES;
+    return (WAVE_FIELDS / QUAD + 2u * rules.fours) * LANES;
 }
 
 // First quad of the shares of the mean speed at the places, behind the waves.

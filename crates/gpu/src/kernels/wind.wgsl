@@ -34,22 +34,17 @@ fn sample_air(warp: u32, frame: u32) {
 fn gusts(four: u32, clock: u32) -> Four {
     var sum = Four(vec4f(rules.wind_x), vec4f(rules.wind_y), vec4f(0.0));
     var at = waves_at();
-    let phases = (WAVE_FIELDS / QUAD + four) * LANES;
+    let phases = (WAVE_FIELDS / QUAD + 2u * four) * LANES;
     for (var k = 0u; k < rules.waves; k++) {
         let wave = links[at + WAVE_COSINE / QUAD * LANES];
         let sine = links[at + WAVE_SINE / QUAD * LANES].xyz;
-        let packed = bitcast<vec4u>(links[at + phases]);
+        let cosines = links[at + phases];
+        let sines = links[at + phases + LANES];
         at += quads_of_wave();
         // Whole numbers keep the turn exact in any frame.
         let back = turned_by(f32(bitcast<i32>(bitcast<u32>(wave.w) * clock)) * PER_TURN);
         let by_cosine = wave.xyz * back.x - sine * back.y;
         let by_sine = wave.xyz * back.y + sine * back.x;
-        let a = unpack2x16snorm(packed.x);
-        let b = unpack2x16snorm(packed.y);
-        let c = unpack2x16snorm(packed.z);
-        let d = unpack2x16snorm(packed.w);
-        let cosines = vec4f(a.x, b.x, c.x, d.x);
-        let sines = vec4f(a.y, b.y, c.y, d.y);
         sum.x += cosines * by_cosine.x + sines * by_sine.x;
         sum.y += cosines * by_cosine.y + sines * by_sine.y;
         sum.z += cosines * by_cosine.z + sines * by_sine.z;

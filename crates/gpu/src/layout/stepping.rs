@@ -207,7 +207,7 @@ fields! {
         FIELDS = 8,
     }
     /// A wave of a world's gusts, in worlds with wind: `C cos t + S sin t` with `t` the phase at a place and time. Behind it are cosine and sine of its phase in
-    /// frame 0 at all places, 16 bits each; behind all waves the shares of the mean speed at the places, and behind these the velocity of the air there [m/s] (3,
+    /// frame 0 at all places, four of the former and then four of the latter; behind all waves the shares of the mean speed at the places, and behind these the velocity of the air there [m/s] (3,
     /// and a free number).
     wave {
         /// C [m/s] (3).

@@ -32,7 +32,7 @@ impl Memory {
             }
         }
         let waves = airs + of_tile * air::FIELDS;
-        let stride = wave::FIELDS + QUAD * self.rules.fours as usize;
+        let stride = wave::FIELDS + 2 * QUAD * self.rules.fours as usize;
         for (k, of_wave) in wind.waves().enumerate() {
             let back = of_wave.turns_back(&wind.mean(), plant.spec.sim.frame());
             let mut numbers = vec![(wave::BACK, f32::from_bits(back))];
@@ -41,7 +41,9 @@ impl Memory {
                 numbers.push((wave::SINE + axis, of_wave.sine[axis] as f32));
             }
             for (n, p_world) in places.p_world().iter().enumerate() {
-                numbers.push((wave::FIELDS + n, packed(TAU * of_wave.turns_at(p_world))));
+                let (sine, cosine) = math::sin_cos(TAU * of_wave.turns_at(p_world));
+                let at = wave::FIELDS + 2 * QUAD * (n / QUAD) + n % QUAD;
+                numbers.extend([(at, cosine as f32), (at + QUAD, sine as f32)]);
             }
             for (field, value) in numbers {
                 let at = self.behind_links_at(number, waves + k * stride + field, lane);
@@ -60,14 +62,4 @@ impl Memory {
             self.worlds[at] = f32::from_bits(value);
         }
     }
-}
-
-/// Largest whole number that stands for a cosine.
-const ONE: f64 = 32_767.0;
-
-/// Cosine and sine of a phase \[rad\], 16 bits each, to 1.6e-5, as the bits of a number that `unpack2x16snorm` reads.
-fn packed(phase: f64) -> f32 {
-    let (sine, cosine) = math::sin_cos(phase);
-    let [low, high] = [cosine, sine].map(|x| (x * ONE).round() as i16 as u16);
-    f32::from_bits(u32::from(high) << 16 | u32::from(low))
 }

@@ -9,6 +9,20 @@ fn intrinsics(width: usize, height: usize) -> Intrinsics {
 }
 
 #[test]
+fn lenses_that_no_camera_has_are_survived() {
+    let depth = DepthImage::filled(40, 40, 0.5);
+    for cx in [-1e9, 1e18, -1e89, 1e300] {
+        let k = Intrinsics { cx, ..intrinsics(40, 40) };
+        assert!(detect(&depth, &k, None, &DetectorConfig::d435i()).unwrap().is_empty());
+    }
+    let depth = DepthImage::filled(40, 1, 0.5);
+    for fx in [1e18, 1e30, 1e300] {
+        let k = Intrinsics { fx, ..intrinsics(40, 1) };
+        assert!(detect(&depth, &k, None, &DetectorConfig::d435i()).unwrap().is_empty());
+    }
+}
+
+#[test]
 fn empty_and_mismatched_images_are_named() {
     let config = DetectorConfig::paper();
     let empty = DepthImage::filled(0, 5, 0.5);

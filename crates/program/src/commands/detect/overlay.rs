@@ -14,9 +14,13 @@ const LETTERS: f64 = 13.0;
 
 /// Colour of circles on false colours.
 const GREEN: [u8; 3] = [60, 255, 120];
+/// Colour of the rings around circles on a colour image, where a dark circle would be lost in the leaves.
+const WHITE: [u8; 3] = [255, 255, 255];
+/// By how much a ring is larger than its circle, in dots of the picture.
+const RING: f64 = 2.4;
 
-/// Draws the outline of each fruit and its radius \[mm\] beside it: on the colour image, in the colour of its depth within the range \[m\];
-/// without one, on depth in false colour over that range.
+/// Draws the outline of each fruit and its radius \[mm\] beside it: on the colour image, in the colour of its depth within the range \[m\]
+/// with a white ring; without one, on depth in false colour over that range.
 pub fn picture(
     depth: &DepthImage,
     colour: Option<&Image<[u8; 3]>>,
@@ -36,6 +40,12 @@ pub fn picture(
         Some(colour) => enlarged(colour, scale),
         None => depth_picture_in_range(depth, range, scale),
     };
+    if colour.is_some() {
+        let wider = RING / scale as f64;
+        let rings: Vec<ColouredCircle> =
+            circles.iter().map(|&((u, v, radius), _)| ((u, v, radius + wider), WHITE)).collect();
+        draw_circles(&mut picture, &rings, scale);
+    }
     draw_circles(&mut picture, &circles, scale);
     for (d, ((u, v, radius), _)) in detections.iter().zip(circles) {
         let text = format!("{:.0}", 1e3 * d.radius);
