@@ -35,6 +35,6 @@ fn detectors_follow_from_the_noise_of_their_cameras() {
         near("fit.ramp", fit.ramp.si(), ramp * of_view / of_imager / sampling, 0.05);
         let (low, high) = detector.segmentation.range.si();
         near("range.low", low, camera.range().0, 0.0);
-        near("range.high", high, (0.004 / deviation).sqrt(), 0.05);
+        near("range.high", high, (0.010 / deviation).sqrt(), 0.05);
     }
 }
