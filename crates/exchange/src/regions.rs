@@ -47,7 +47,7 @@ pub enum Shape {
 pub struct OfImage {
     /// Columns and rows.
     pub size: (usize, usize),
-    /// Its `image_id`, if it is known.
+    /// `image_id` of the image in the COCO file, if the caller knows it.
     pub id: Option<u64>,
     /// Names that its file may have in the list of images, without folder and extension.
     pub names: Vec<String>,

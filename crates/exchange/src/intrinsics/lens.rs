@@ -21,7 +21,7 @@ impl Lens {
         Self { radial: [at(0), at(1), at(4), at(5), at(6), at(7)], tangential: [at(2), at(3)] }
     }
 
-    /// Where the ray (x, y, 1) is seen; `None` where the model folds over and means nothing.
+    /// Returns the place (x, y), at depth 1, where the lens images the ray (x, y, 1); `None` so far off the axis that the model's radius falls as the ray's grows.
     pub fn distorted(&self, x: f64, y: f64) -> Option<(f64, f64)> {
         let [k1, k2, k3, k4, k5, k6] = self.radial;
         let [p1, p2] = self.tangential;

@@ -74,7 +74,7 @@ impl Default for Calibration {
 /// One sphere in an image: score and centre \[m, world\].
 type Sphere = (f64, Vec3);
 
-/// What a ranking is over.
+/// Rule by which a ranking counts fruit and detections.
 struct Choice<'a> {
     /// Largest distance of a right detection \[radii\].
     radii: f64,

@@ -171,7 +171,7 @@ fn the_detector_sees_no_label() {
     assert!(named.densities[0].images.iter().any(|image| !image.fruit.is_empty()));
 }
 
-/// What the score alone refuses is recorded beside the detections, which stay those of the detector as it is.
+/// Spheres that only the score refuses are recorded beside the detections; the detections are those of the detector with its own threshold.
 #[test]
 fn spheres_below_the_threshold_are_recorded() {
     let mut plan = DetectPlan { seeds: vec![7], trees: 1, ..plan() };

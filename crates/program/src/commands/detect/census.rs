@@ -27,7 +27,7 @@ pub struct Census {
     in_range: Option<f64>,
     /// Spheres that each gate refused.
     refusals: BTreeMap<&'static str, usize>,
-    /// What is odd about the image.
+    /// Sentences about an image that cannot be right, such as a wrong unit.
     warnings: Vec<String>,
 }
 
