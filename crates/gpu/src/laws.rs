@@ -2,7 +2,7 @@
 
 use orchard_batch::Plant;
 
-use crate::layout::{air, damper, fruit, gust, rod};
+use crate::layout::{air, damper, fruit, pull, rod};
 
 /// Laws that hold in every world of a batch. The kernels are specialised by them, so that worlds without them pay nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -41,11 +41,11 @@ impl Laws {
 
     /// Number of fields of a row of fruit.
     pub fn fruit_fields(self) -> usize {
-        self.gust_field() + if self.wind { gust::FIELDS } else { 0 }
+        self.pull_field() + if self.wind { pull::FIELDS } else { 0 }
     }
 
-    /// First field of the gust in a row of fruit.
-    pub fn gust_field(self) -> usize {
+    /// First field of the pull in a row of fruit.
+    pub fn pull_field(self) -> usize {
         if self.stems { rod::FIELDS } else { fruit::FIELDS }
     }
 

@@ -5,6 +5,8 @@ use orchard_batch::Plant;
 use orchard_fruit::least_load;
 use orchard_multibody::contact::in_series;
 
+use crate::layout::wave;
+
 /// Constants of a step. `kernels/memory.wgsl` has the same fields in the same order.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
@@ -77,7 +79,7 @@ pub(crate) struct Rules {
     pub stem_exponent: f32,
     /// Square of the load over the strength from which wear is counted.
     pub stem_least_load: f32,
-    /// Number of waves of a world's gusts; 0 in still air, as the next four.
+    /// Number of waves of a world's gusts, filled up with waves of size 0 to whole reads; 0 in still air, as the next four.
     pub waves: u32,
     /// Largest number of places at which a world samples the air, over four.
     pub fours: u32,
@@ -154,7 +156,7 @@ impl Rules {
         }
         if let (Some(spec), Some(weather)) = (&plant.spec.wind, &plant.weather) {
             let mean = weather.wind().mean();
-            rules.waves = weather.wind().waves().count() as u32;
+            rules.waves = weather.wind().waves().count().next_multiple_of(wave::AT_ONCE) as u32;
             (rules.wind_x, rules.wind_y) = (mean.x as f32, mean.y as f32);
             rules.folding_speed = spec.folding_speed.si() as f32;
         }

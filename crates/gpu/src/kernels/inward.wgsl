@@ -114,12 +114,8 @@ fn inward(part: u32) {
                 force += rod.force;
                 continue;
             }
-            let from_joint = fruit(stem, FRUIT_ARM);
-            let arm = from_joint.xyz;
-            var last = fruit(stem, FRUIT_REACTION);
-            if BLOWS {
-                last = in_wind(stem, last, from_joint.w);
-            }
+            let arm = fruit(stem, FRUIT_ARM).xyz;
+            let last = fruit(stem, FRUIT_REACTION);
             let reaction = last.xyz;
             borne = plus_point_mass(borne, last.w, arm - body.d);
             torque += cross(arm, reaction);

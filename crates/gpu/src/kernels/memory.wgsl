@@ -123,14 +123,14 @@ override STEMS: bool = false;
 // True if a wind blows.
 override WIND: bool = false;
 
-// First field of the gust in a row of fruit.
-fn gust_field() -> u32 {
+// First field of the pull in a row of fruit.
+fn pull_field() -> u32 {
     return select(FRUIT_FIELDS, ROD_FIELDS, STEMS);
 }
 
 // Quads of a row of fruit in all lanes.
 fn quads_of_fruit() -> u32 {
-    return (gust_field() + select(0u, GUST_FIELDS, WIND)) / QUAD * LANES;
+    return (pull_field() + select(0u, PULL_FIELDS, WIND)) / QUAD * LANES;
 }
 
 fn fruit_at(row: u32) -> u32 {

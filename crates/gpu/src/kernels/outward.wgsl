@@ -157,21 +157,21 @@ fn outward(part: u32, mode: u32) {
                     stem = ended.stem;
                     rod = ended.rod;
                 }
-                rod_start(at, stem, rod, at_joint, p_joint, mode);
                 if presses {
-                    press_fruit(at, stem, sail.air);
+                    stem = pressed(at, stem, sail.air);
                 }
+                rod_start(at, stem, rod, at_joint, p_joint, mode);
                 continue;
             }
             if mode != LOOK {
                 stem = stem_end(at, stem, tip.turn, shift);
             }
+            if presses {
+                stem = pressed(at, stem, sail.air);
+            }
             let stretch = stem_start(at, stem, at_joint, p_joint, is_debris);
             if mode == TEST {
                 test_stem(at, stem, stretch);
-            }
-            if presses {
-                press_fruit(at, stem, sail.air);
             }
         }
         if mode == TEST {
@@ -281,11 +281,7 @@ fn test_stem(at: u32, stem: Stem, stretch: f32) {
     if stem.stiffness > 0.0 {
         let longest = rules.tension_factor * stem.threshold / stem.stiffness;
         let tension = select(0u, min((stem.frames_over & 0xffu) + 1u, 0xffu), stretch > longest * longest);
-        var force = stem.force;
-        if BLOWS {
-            force += gust_on(at) * (stem.mass / rules.h);
-        }
-        let is_pulled = dot(force, force) > stem.threshold * stem.threshold;
+        let is_pulled = dot(stem.force, stem.force) > stem.threshold * stem.threshold;
         let pull = select(0u, min(((stem.frames_over >> 8u) & 0xffu) + 1u, 0xffu), is_pulled);
         set_fruit(at, FRUIT_FORCE, vec4f(stem.force, bitcast<f32>(tension | (pull << 8u))));
         if tension >= rules.tension_frames || pull >= rules.pull_frames {

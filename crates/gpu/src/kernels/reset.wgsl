@@ -44,6 +44,9 @@ fn hang_fruit() {
         for (var k = first_fruit; k < last_fruit; k++) {
             let at = fruit_at(k);
             set_fruit(at, FRUIT_FORCE, vec4f(0.0));
+            if WIND {
+                set_fruit(at, pull_field(), vec4f(0.0));
+            }
             if STEMS {
                 set_fruit(at, ROD_Q, vec4f(0.0, 0.0, 0.0, 1.0));
                 set_fruit(at, ROD_RATE, vec4f(0.0));

@@ -139,15 +139,7 @@ fn read_borne(at: u32) -> Borne {
     let force = fruit(at, ROD_FORCE_IMPULSE);
     let direction = fruit(at, ROD_DIRECTION);
     let torque = fruit(at, ROD_TORQUE_IMPULSE);
-    var borne = Borne(arm.xyz, arm.w, direction.xyz, force.w, torque.w, direction.w, torque.xyz, force.xyz);
-    if BLOWS {
-        // The wind gives the fruit a velocity, which acts through what the link bears of it.
-        let gust = gust_on(at);
-        let held = gust * borne.mass + along(borne.direction, gust) * borne.mass_along;
-        borne.force += held;
-        borne.torque += cross(borne.arm, held);
-    }
-    return borne;
+    return Borne(arm.xyz, arm.w, direction.xyz, force.w, torque.w, direction.w, torque.xyz, force.xyz);
 }
 
 // Adds it to the load of a link's tip, at `d` from the joint.
@@ -286,15 +278,9 @@ fn rod_end(at: u32, from_stem: Stem, from_rod: Rod, axes: Axes, turn: vec3f, shi
     let pivot = rod_pivot(stem);
     let e = in_world(axes, direction_of(rod.q, rod.rest));
     let at_anchor = shift + cross(turn, in_world(axes, stem.anchor));
-    var against = at_anchor;
     var impulse = stem.impulse;
-    if BLOWS {
-        let gust = gust_on(at);
-        against -= gust;
-        impulse += gust * stem.mass;
-    }
     let taken = about(vec2f(pivot.swing, pivot.inertia) * pivot.inverse, e, turn)
-        + cross(e, against) * (pivot.lever * pivot.inverse.x);
+        + cross(e, at_anchor) * (pivot.lever * pivot.inverse.x);
     let change = rod.y - taken;
 
     // The end of the rod takes the fruit along.

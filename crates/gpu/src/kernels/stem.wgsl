@@ -74,10 +74,9 @@ fn stem_start(at: u32, stem: Stem, own: Motion, p: vec3f, is_debris: bool) -> f3
     reaction.z += h * select(0.0, stem.bias, is_live);
     let size = length(reaction);
     let largest = h * select(UNBOUNDED, stem.cap, is_live);
-    // Wind comes on top of the reaction before it is capped (`in_wind`).
-    let is_capped = select(size > largest, false, BLOWS);
+    let is_capped = size > largest;
     set_fruit(at, FRUIT_V, vec4f(stem.v, inverse_mass));
-    set_fruit(at, FRUIT_ARM, vec4f(select(stem.arm, arm, hangs), select(0.0, largest, BLOWS)));
+    set_fruit(at, FRUIT_ARM, vec4f(select(stem.arm, arm, hangs), 0.0));
     set_fruit(
         at,
         FRUIT_REACTION,
@@ -95,9 +94,6 @@ fn stem_end(at: u32, from_stem: Stem, turn: vec3f, shift: vec3f) -> Stem {
     if stem.stiffness > 0.0 {
         let kappa = h * (stem.damping + h * stem.stiffness);
         impulse += (shift + cross(turn, stem.arm)) * kappa;
-        if BLOWS {
-            impulse += gust_on(at) * stem.mass;
-        }
     } else {
         let met = ground_impulse(stem);
         impulse += met.impulse;

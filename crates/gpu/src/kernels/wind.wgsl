@@ -29,28 +29,56 @@ fn sample_air(warp: u32, frame: u32) {
     }
 }
 
-// Air at four places. A wave is `C cos t + S sin t` with the phase `t` at the place less the turn back in time: cosine and sine of the former are stored, those of the latter are the
-// same at all places.
+// What is read of a wave for four places. A wave is `C cos t + S sin t` with the phase `t` at the place less the turn back in time: cosine and sine of the former
+// are stored, those of the latter are the same at all places.
+struct Wave {
+    // Amplitudes; the last number of the first is the turn back per frame.
+    cosine: vec4f,
+    sine: vec4f,
+    cosines: vec4f,
+    sines: vec4f,
+}
+
+fn read_wave(at: u32, phases: u32) -> Wave {
+    return Wave(
+        links[at + WAVE_COSINE / QUAD * LANES],
+        links[at + WAVE_SINE / QUAD * LANES],
+        links[at + phases],
+        links[at + phases + LANES],
+    );
+}
+
+// Air at four places. Waves are read some at a time, as the reads take longer than the arithmetic.
 fn gusts(four: u32, clock: u32) -> Four {
     var sum = Four(vec4f(rules.wind_x), vec4f(rules.wind_y), vec4f(0.0));
     var at = waves_at();
+    let each = quads_of_wave();
     let phases = (WAVE_FIELDS / QUAD + 2u * four) * LANES;
-    for (var k = 0u; k < rules.waves; k++) {
-        let wave = links[at + WAVE_COSINE / QUAD * LANES];
-        let sine = links[at + WAVE_SINE / QUAD * LANES].xyz;
-        let cosines = links[at + phases];
-        let sines = links[at + phases + LANES];
-        at += quads_of_wave();
-        // Whole numbers keep the turn exact in any frame.
-        let back = turned_by(f32(bitcast<i32>(bitcast<u32>(wave.w) * clock)) * PER_TURN);
-        let by_cosine = wave.xyz * back.x - sine * back.y;
-        let by_sine = wave.xyz * back.y + sine * back.x;
-        sum.x += cosines * by_cosine.x + sines * by_sine.x;
-        sum.y += cosines * by_cosine.y + sines * by_sine.y;
-        sum.z += cosines * by_cosine.z + sines * by_sine.z;
+    for (var k = 0u; k < rules.waves; k += WAVE_AT_ONCE) {
+        let first = read_wave(at, phases);
+        let second = read_wave(at + each, phases);
+        let third = read_wave(at + 2u * each, phases);
+        let fourth = read_wave(at + 3u * each, phases);
+        at += WAVE_AT_ONCE * each;
+        sum = with_wave(sum, first, clock);
+        sum = with_wave(sum, second, clock);
+        sum = with_wave(sum, third, clock);
+        sum = with_wave(sum, fourth, clock);
     }
     let profile = links[profiles_at() + four * LANES];
     return Four(sum.x * profile, sum.y * profile, sum.z * profile);
+}
+
+fn with_wave(air: Four, wave: Wave, clock: u32) -> Four {
+    // Whole numbers keep the turn exact in any frame.
+    let back = turned_by(f32(bitcast<i32>(bitcast<u32>(wave.cosine.w) * clock)) * PER_TURN);
+    let by_cosine = wave.cosine.xyz * back.x - wave.sine.xyz * back.y;
+    let by_sine = wave.cosine.xyz * back.y + wave.sine.xyz * back.x;
+    return Four(
+        air.x + (wave.cosines * by_cosine.x + wave.sines * by_sine.x),
+        air.y + (wave.cosines * by_cosine.y + wave.sines * by_sine.y),
+        air.z + (wave.cosines * by_cosine.z + wave.sines * by_sine.z),
+    );
 }
 
 // Cosine and sine of a part of a turn, from -1/2 to 1/2, by those of half of it.
@@ -94,25 +122,12 @@ fn press_link(at: u32, sail: Sail, z: vec3f, v: vec3f) {
     set_link(at, AIR_IMPULSE, vec4f(force * rules.h, rules.linear_drag + (of_wood + of_leaves) * sail.per_mass));
 }
 
-// Drag of a hanging fruit in the air of its link, as the change of velocity that it would give a free one in a substep. Fruit off its stem feels still air.
-fn press_fruit(at: u32, stem: Stem, air: vec3f) {
+// A fruit under the drag of a frame, in the air of its link, and under the force that is applied besides. Fruit off its stem feels still air.
+fn pressed(at: u32, from_stem: Stem, air: vec3f) -> Stem {
+    var stem = from_stem;
     let w = air - stem.v;
-    let change = w * (stem.air_drag * length(w) * rules.h / stem.mass);
-    set_fruit(at, gust_field(), vec4f(select(vec3f(0.0), change, stem.stiffness > 0.0), 0.0));
-}
-
-fn gust_on(at: u32) -> vec3f {
-    return fruit(at, gust_field()).xyz;
-}
-
-// Reaction on a tether's anchor, and the mass that the fruit adds there, with the wind on the fruit; above the cap its size is the cap's and the fruit adds no mass.
-fn in_wind(at: u32, still: vec4f, cap: f32) -> vec4f {
-    let reaction = still.xyz + gust_on(at) * still.w;
-    let size = length(reaction);
-    let is_capped = size > cap;
-    if CONJUGATE && is_capped {
-        // Its products with the inertia read the mass there.
-        set_fruit(at, FRUIT_REACTION, vec4f(still.xyz, 0.0));
-    }
-    return vec4f(select(reaction, reaction * (cap / size), is_capped), select(still.w, 0.0, is_capped));
+    let drag = w * (stem.air_drag * length(w));
+    stem.force = fruit(at, pull_field()).xyz + select(vec3f(0.0), drag, stem.stiffness > 0.0);
+    set_fruit(at, FRUIT_FORCE, vec4f(stem.force, bitcast<f32>(stem.frames_over)));
+    return stem;
 }

@@ -137,7 +137,7 @@ fields! {
         ADDED_MASS = 31,
         /// Impulse on the fruit with the anchor's velocity unchanged [N s] (3).
         IMPULSE = 32,
-        /// Number of fields; worlds with stems or wind have more ([`rod`], [`gust`]).
+        /// Number of fields; worlds with stems or wind have more ([`rod`], [`pull`]).
         FIELDS = 36,
     }
     /// A fruit on a stem that bends, in worlds that have such stems ([`crate::laws`]): its row begins as that of a [`fruit`], and has other numbers in the places of
@@ -184,8 +184,8 @@ fields! {
         /// Number of fields.
         FIELDS = 60,
     }
-    /// Behind the other fields of a fruit's row, in worlds with wind: change of a free fruit's velocity by the wind in a substep [m/s] (3).
-    gust {
+    /// Behind the other fields of a fruit's row, in worlds with wind: force that is applied besides the wind's [N] (3). [`fruit::FORCE`] is the sum there.
+    pull {
         /// Number of fields.
         FIELDS = 4,
     }
@@ -218,6 +218,8 @@ fields! {
         SINE = 4,
         /// Number of fields.
         FIELDS = 8,
+        /// Number of waves that are read at once.
+        AT_ONCE = 4,
     }
     /// An external force on a link.
     push {

@@ -6,6 +6,7 @@ use orchard_batch::{Plant, StemMotion};
 use orchard_multibody::Data;
 
 use super::{Member, Memory, quad_at};
+use crate::laws::Laws;
 use crate::layout::{LANES, UNBOUNDED, fruit, rod};
 use crate::schedule::MOST_FRUIT_ROWS;
 
@@ -56,8 +57,13 @@ pub(super) fn numbers(plant: &Plant, data: &Data, i: usize) -> Vec<(usize, f64)>
         (fruit::AIR_DRAG, plant.fruit.air_drag(i)),
         (fruit::CAP, f64::from(UNBOUNDED)),
     ];
+    let laws = Laws::of(plant);
     for k in 0..3 {
-        numbers.push((fruit::FORCE + k, data.point_force_world[at][k]));
+        let force = data.point_force_world[at][k];
+        numbers.push((fruit::FORCE + k, force));
+        if laws.wind {
+            numbers.push((laws.pull_field() + k, force));
+        }
         numbers.push((fruit::P + k, data.point_p_world[at][k]));
         numbers.push((fruit::V + k, data.point_v_world[at][k]));
     }
