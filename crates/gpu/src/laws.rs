@@ -3,6 +3,10 @@
 use orchard_batch::Plant;
 
 use crate::layout::{air, damper, fruit, pull, rod};
+use crate::schedule::WARPS;
+
+/// Warps of a tile whose fruit hang on stems that bend.
+const TEAM_ON_STEMS: usize = 4;
 
 /// Laws that hold in every world of a batch. The kernels are specialised by them, so that worlds without them pay nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -36,7 +40,13 @@ impl Laws {
     /// Constants that specialise the kernels.
     pub fn constants(self) -> Vec<(&'static str, f64)> {
         let all = [("MODAL", self.modal), ("STEMS", self.stems), ("WIND", self.wind)];
-        all.into_iter().filter(|(_, holds)| *holds).map(|(name, _)| (name, 1.0)).collect()
+        let laws = all.into_iter().filter(|(_, holds)| *holds).map(|(name, _)| (name, 1.0));
+        laws.chain([("TEAM", self.team() as f64)]).collect()
+    }
+
+    /// Number of warps of a tile. Stems that bend take so many registers that a multiprocessor holds one tile of six warps, or two of four.
+    pub fn team(self) -> usize {
+        if self.stems { TEAM_ON_STEMS } else { WARPS }
     }
 
     /// Number of fields of a row of fruit.

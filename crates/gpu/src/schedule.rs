@@ -12,7 +12,7 @@ use partition::Partition;
 
 use crate::layout::{first, second, third};
 
-/// Number of warps of a workgroup. It is the same on every device, since it sets the order of sums.
+/// Largest number of warps of a workgroup. How many work follows from the laws of a batch alone (`Laws::team`), since it sets the order of sums.
 pub const WARPS: usize = 6;
 /// Number of levels above the trunk.
 pub(crate) const LEVELS: usize = 3;
@@ -89,13 +89,13 @@ pub(crate) struct Schedule {
 /// Links of each part of a tree, in the order of their walks.
 pub(crate) type Parts = [Vec<usize>; PARTS];
 
-/// Cuts a tree into parts, which takes most of the time of scheduling.
+/// Cuts a tree into parts for a team of at most [`WARPS`] warps, which takes most of the time of scheduling.
 ///
 /// # Errors
 /// The tree has another number of roots than one.
-pub(crate) fn parts(parent: &[Option<usize>]) -> Result<Parts, ScheduleError> {
+pub(crate) fn parts(parent: &[Option<usize>], team: usize) -> Result<Parts, ScheduleError> {
     let roots = parent.iter().filter(|parent| parent.is_none()).count();
-    if roots == 1 { Ok(Tree::new(parent).partitioned()) } else { Err(ScheduleError::Roots(roots)) }
+    if roots == 1 { Ok(Tree::new(parent).partitioned(team)) } else { Err(ScheduleError::Roots(roots)) }
 }
 
 impl Schedule {
@@ -250,8 +250,8 @@ impl<'a> Tree<'a> {
         Self { parent, children, size }
     }
 
-    fn partitioned(&self) -> Parts {
-        let of = Partition::shortest(self);
+    fn partitioned(&self, team: usize) -> Parts {
+        let of = Partition::shortest(self, team);
         let mut parts = Parts::default();
         for (link, &(level, warp)) in of.iter().enumerate() {
             if self.parent[link].is_none_or(|up| of[up] != (level, warp)) {
@@ -317,7 +317,7 @@ mod tests {
     use super::*;
 
     fn schedule(parent: &[Option<usize>]) -> Schedule {
-        Schedule::new(parent, &parts(parent).unwrap(), &vec![Vec::new(); parent.len()]).unwrap()
+        Schedule::new(parent, &parts(parent, WARPS).unwrap(), &vec![Vec::new(); parent.len()]).unwrap()
     }
 
     /// A trunk of three links with eight branches of four links each at its top.
@@ -386,6 +386,6 @@ mod tests {
 
     #[test]
     fn a_tree_has_one_root() {
-        assert_eq!(parts(&[None, None]), Err(ScheduleError::Roots(2)));
+        assert_eq!(parts(&[None, None], WARPS), Err(ScheduleError::Roots(2)));
     }
 }

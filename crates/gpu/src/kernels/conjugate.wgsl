@@ -16,7 +16,7 @@ var<workgroup> goes_on: array<u32, LANES>;
 var<workgroup> any_goes_on: u32;
 
 // One frame of all running worlds.
-@compute @workgroup_size(LANES * WARPS)
+@compute @workgroup_size(LANES * TEAM)
 fn conjugate(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {
     let warp = thread / LANES;
     enter(group.x, warp, thread % LANES);
@@ -124,7 +124,7 @@ fn total(thread: u32, own: f32) -> f32 {
     dots[thread] = own;
     workgroupBarrier();
     var sum = 0.0;
-    for (var k = 0u; k < WARPS; k++) {
+    for (var k = 0u; k < TEAM; k++) {
         sum += dots[k * LANES + lane];
     }
     workgroupBarrier();

@@ -8,7 +8,7 @@ override BLOWS: bool = false;
 var<workgroup> notices: array<u32, LANES * WARPS>;
 var<workgroup> peaks: array<f32, LANES * WARPS>;
 
-@compute @workgroup_size(LANES * WARPS)
+@compute @workgroup_size(LANES * TEAM)
 fn frame(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {
     let warp = thread / LANES;
     enter(group.x, warp, thread % LANES);
@@ -61,7 +61,7 @@ fn conclude(thread: u32, runs: bool) {
     workgroupBarrier();
     if thread < LANES && runs {
         var peak = world(WORLD_PEAK);
-        for (var k = 0u; k < WARPS; k++) {
+        for (var k = 0u; k < TEAM; k++) {
             found_notice |= notices[k * LANES + lane];
             peak = max(peak, peaks[k * LANES + lane]);
         }

@@ -2,7 +2,7 @@
 // a world.
 
 // Sums up a world's energy in the fixed order of its warps. It changes nothing that a frame starts from.
-@compute @workgroup_size(LANES * WARPS)
+@compute @workgroup_size(LANES * TEAM)
 fn measure(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {
     let warp = thread / LANES;
     enter(group.x, warp, thread % LANES);
@@ -17,7 +17,7 @@ fn measure(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index)
     peaks[thread] = energy;
     workgroupBarrier();
     if warp == 0u && is_there() {
-        for (var k = 1u; k < WARPS; k++) {
+        for (var k = 1u; k < TEAM; k++) {
             energy += peaks[k * LANES + lane];
         }
         set_world(WORLD_ENERGY, energy);

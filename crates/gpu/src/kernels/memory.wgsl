@@ -118,6 +118,8 @@ fn set_link(at: u32, field: u32, value: vec4f) {
     links[at + field / QUAD * LANES] = value;
 }
 
+// Number of warps of a tile that work; the parts of the others are empty (`laws.rs`).
+override TEAM: u32 = WARPS;
 // True if fruit hang on stems that bend.
 override STEMS: bool = false;
 // True if a wind blows.

@@ -20,7 +20,7 @@ fn sample_air(warp: u32, frame: u32) {
     // Frames since the wind began.
     let clock = frame - bitcast<u32>(world(WORLD_BEGAN));
     let winds = winds_at();
-    for (var four = warp; 4u * four < places; four += WARPS) {
+    for (var four = warp; 4u * four < places; four += TEAM) {
         var air = gusts(four, clock);
         for (var k = 4u * four; k < min(4u * four + 4u, places); k++) {
             links[winds + k * LANES] = vec4f(air.x.x, air.y.x, air.z.x, 0.0);

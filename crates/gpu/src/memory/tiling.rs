@@ -113,7 +113,7 @@ mod tests {
             let mut fruit_of: Vec<Vec<usize>> =
                 links.iter().map(|(_, bears)| fruit.by_ref().take(usize::from(*bears)).collect()).collect();
             fruit_of.push(Vec::new());
-            Arc::new(Schedule::new(&parents, &parts(&parents).unwrap(), &fruit_of).unwrap())
+            Arc::new(Schedule::new(&parents, &parts(&parents, WARPS).unwrap(), &fruit_of).unwrap())
         });
         prop::collection::vec(tree, 1..60)
     }
@@ -142,7 +142,7 @@ mod tests {
     #[test]
     fn a_row_takes_what_the_busiest_of_its_worlds_does() {
         let schedule = |parent: &[Option<usize>], fruit_of: &[Vec<usize>]| {
-            Arc::new(Schedule::new(parent, &parts(parent).unwrap(), fruit_of).unwrap())
+            Arc::new(Schedule::new(parent, &parts(parent, WARPS).unwrap(), fruit_of).unwrap())
         };
         let one = schedule(&[None], &[vec![0]]);
         let two = schedule(&[None, Some(0)], &[vec![], vec![]]);

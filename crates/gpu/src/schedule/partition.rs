@@ -16,6 +16,8 @@ type Waiting = (usize, Reverse<usize>);
 #[derive(Clone)]
 pub(super) struct Partition<'a> {
     tree: &'a Tree<'a>,
+    /// Number of warps that work.
+    team: usize,
     /// Level and warp of each assigned link.
     part: Vec<Option<(usize, usize)>>,
     /// Links whose parents belong to lower levels.
@@ -31,10 +33,11 @@ pub(super) struct Partition<'a> {
 impl<'a> Partition<'a> {
     /// Parts of the cut with the shortest critical path that was found: every number of turns of the lower levels is tried, and the last level takes whole
     /// sub-trees.
-    pub fn shortest(tree: &'a Tree<'a>) -> Vec<(usize, usize)> {
+    pub fn shortest(tree: &'a Tree<'a>, team: usize) -> Vec<(usize, usize)> {
         let root = tree.parent.iter().position(Option::is_none).unwrap_or_default();
         let start = Self {
             tree,
+            team,
             part: vec![None; tree.parent.len()],
             free: BinaryHeap::from([(tree.size[root], Reverse(root))]),
             own: Default::default(),
@@ -55,10 +58,10 @@ impl<'a> Partition<'a> {
             }
             return;
         }
-        let warps = if level == 0 { 1 } else { WARPS };
+        let warps = if level == 0 { 1 } else { self.team };
         loop {
             // No turn takes more than a link a warp.
-            let at_least = self.length + self.left.div_ceil(WARPS) + LEVEL_COST;
+            let at_least = self.length + self.left.div_ceil(self.team) + LEVEL_COST;
             if best.as_ref().is_some_and(|best| at_least >= best.length) {
                 return;
             }
@@ -95,7 +98,7 @@ impl<'a> Partition<'a> {
     fn take_all(&mut self) {
         let mut work = [0; WARPS];
         while let Some((size, Reverse(root))) = self.free.pop() {
-            let warp = (0..WARPS).min_by_key(|&warp| work[warp]).unwrap_or_default();
+            let warp = (0..self.team).min_by_key(|&warp| work[warp]).unwrap_or_default();
             work[warp] += size;
             let mut open = vec![root];
             while let Some(link) = open.pop() {
