@@ -65,17 +65,15 @@ def make_core(task: str, num_envs: int, threads: int, settings: Settings) -> Cor
     obs = settings.get("obs", ("state",))
     if isinstance(obs, str):
         obs = (obs,)
-    size = settings.get("pixels_size", 128)
-    height, width = size if isinstance(size, (tuple, list)) and len(size) == 2 else (size, size)
     control_hz = whole("control_hz", settings.get("control_hz", 10), 2**32)
-    hz = whole("pixels_hz", settings.get("pixels_hz", control_hz), 2**32)
+    pixels = checked_pixels(settings.get("pixels_size", 128), settings.get("pixels_hz", control_hz))
     options = [(name, str(value)) for name in OPTIONS if (value := settings.get(name)) is not None]
     return Core(
         task,
         settings.get("scenario"),
         options,
         list(obs),
-        (whole("pixels_size", height, 2**32), whole("pixels_size", width, 2**32), hz),
+        pixels,
         settings.get("control", "joint_delta"),
         control_hz,
         settings.get("reward", "shaped"),
@@ -83,6 +81,12 @@ def make_core(task: str, num_envs: int, threads: int, settings: Settings) -> Cor
         (whole("world", settings.get("world", 0), 2**32), whole("num_envs", num_envs, 2**32)),
         whole("threads", threads, 2**16),
     )
+
+
+def checked_pixels(size: object, hz: object) -> tuple[int, int, int]:
+    """Rows, columns and rate of pictures."""
+    height, width = size if isinstance(size, (tuple, list)) and len(size) == 2 else (size, size)
+    return whole("pixels_size", height, 2**32), whole("pixels_size", width, 2**32), whole("pixels_hz", hz, 2**32)
 
 
 def whole(name: str, value: object, end: int) -> int:
