@@ -38,9 +38,9 @@ class OrchardVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any]
     ) -> None:
         if render_mode is not None:
             raise ValueError(f"render_mode {render_mode}: the environment has none; `orchard render` draws a world")
-        self._mode, self._copy = AutoresetMode(autoreset_mode), copy
+        self.autoreset_mode, self._copy = AutoresetMode(autoreset_mode), copy
         self._core: Core | None = make_core(task, num_envs, threads, settings)
-        self.metadata = {"render_modes": [], "autoreset_mode": self._mode}
+        self.metadata = {"render_modes": [], "autoreset_mode": self.autoreset_mode}
         self.num_envs = num_envs
         self.interface = interface_of(self._core)
         """All conventions: units, signs and ranges of actions, observations and rewards."""
@@ -129,7 +129,7 @@ class OrchardVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any]
     ) -> tuple[Observations, dict[str, Any], dict[str, Any]]:
         """Takes a step; returns observations, reports of the step, and info. ``observe`` reads observations, again if they change within it."""
         array = checked_actions(actions, (self.num_envs, len(self.interface["action"])))
-        resets = self._ended if self._mode == AutoresetMode.NEXT_STEP else np.zeros_like(self._ended)
+        resets = self._ended if self.autoreset_mode == AutoresetMode.NEXT_STEP else np.zeros_like(self._ended)
         core.step(array, ~resets)
         if resets.any():
             core.reset([None] * self.num_envs, resets)
@@ -137,7 +137,7 @@ class OrchardVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any]
         ended = reports["terminated"] | reports["truncated"]
         every = np.ones(self.num_envs, dtype=np.bool_)
         self._ended = ended
-        if self._mode != AutoresetMode.SAME_STEP or not ended.any():
+        if self.autoreset_mode != AutoresetMode.SAME_STEP or not ended.any():
             return observations, reports, self._info(reports, every)
         final = np.full(self.num_envs, None, dtype=object)
         for k in np.flatnonzero(ended):

@@ -58,7 +58,7 @@ class OrchardPuffer(PufferEnv):
         self.rewards[:], self.terminals[:], self.truncations[:], self.masks[:] = 0.0, False, False, True
         return self.observations, []
 
-    def step(self, actions: NDArray[np.float32]) -> tuple[NDArray[Any], ...]:
+    def step(self, actions: NDArray[np.float32]) -> tuple[Any, Any, Any, Any, Infos]:
         ends = {"reward": self.rewards, "terminated": self.terminals, "truncated": self.truncations}
         info = self.envs.step_into(actions, self._fields | ends)
         self._write(self._fields)
