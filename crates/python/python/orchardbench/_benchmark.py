@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orchardbench import _native
-from orchardbench._settings import OPTIONS, checked_actions, checked_pixels, whole
+from orchardbench._settings import OPTIONS, checked_actions, checked_pixels, groups, path, whole
 
 Observation = dict[str, NDArray[Any]]
 
@@ -100,9 +100,9 @@ def run_benchmark(
         begin,
         name,
         list((configs or {"version": version}).items()),
-        None if scenario is None else fspath(scenario),
+        path("scenario", scenario),
         list(given.items()),
-        [obs] if isinstance(obs, str) else list(obs),
+        groups(obs),
         checked_pixels(pixels_size, control_hz if pixels_hz is None else pixels_hz),
         None if control == "command" else control,
         whole("control_hz", control_hz, 2**32),

@@ -38,7 +38,7 @@ class OrchardVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any]
     ) -> None:
         if render_mode is not None:
             raise ValueError(f"render_mode {render_mode}: the environment has none; `orchard render` draws a world")
-        self.autoreset_mode, self._copy = AutoresetMode(autoreset_mode), copy
+        self.autoreset_mode, self._copy = _mode(autoreset_mode), copy
         self._core: Core | None = make_core(task, num_envs, threads, settings)
         self.metadata = {"render_modes": [], "autoreset_mode": self.autoreset_mode}
         self.num_envs = num_envs
@@ -73,11 +73,15 @@ class OrchardVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any]
     def _seeds(self, seed: int | Sequence[int | None] | None) -> list[int | None]:
         if seed is None or isinstance(seed, (int, np.integer)):
             seed = [seed] * self.num_envs
+        if not isinstance(seed, Sequence):
+            raise TypeError(f"seed must be a whole number or a list of them, not {seed!r}")
         if len(seed) != self.num_envs:
             raise ValueError(f"{len(seed)} seeds for {self.num_envs} environments")
         return [None if one is None else whole("seed", one, 2**64) for one in seed]
 
     def _mask(self, options: dict[str, Any] | None) -> Mask:
+        if not isinstance(options, (dict, type(None))):
+            raise TypeError(f"options must be a dictionary, not {options!r}")
         options = dict(options or {})
         mask = options.pop("reset_mask", None)
         if options:
@@ -174,6 +178,13 @@ class OrchardVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any]
 
     def close_extras(self, **kwargs: Any) -> None:
         self._core = None
+
+
+def _mode(mode: object) -> AutoresetMode:
+    names = [known.value for known in AutoresetMode]
+    if not isinstance(mode, AutoresetMode) and mode not in names:
+        raise ValueError(f"autoreset_mode {mode!r}: unknown; it is one of {', '.join(names)}")
+    return AutoresetMode(mode)
 
 
 def masked(values: dict[str, Any], mask: Mask) -> dict[str, Any]:
