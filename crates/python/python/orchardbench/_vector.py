@@ -158,7 +158,7 @@ class OrchardVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any]
 
     def _info(self, reports: dict[str, Any], mask: Mask) -> dict[str, Any]:
         kept = ("is_success", "cost", "outcome", "reward_terms", "statistics", "seed", "world")
-        return masked({key: reports[key] for key in kept}, mask)
+        return masked({key: reports[key] for key in kept}, mask.copy())
 
     def write_spec(self, file: str | PathLike[str]) -> None:
         """Writes :attr:`interface` into a JSON file, such as ``spec.json``."""
@@ -188,7 +188,7 @@ def _mode(mode: object) -> AutoresetMode:
 
 
 def masked(values: dict[str, Any], mask: Mask) -> dict[str, Any]:
-    """Values in Gymnasium's form: beside each array a mask of the environments that it speaks of."""
+    """Values in Gymnasium's form: beside each array the mask of the environments that it speaks of, one array for all."""
     info: dict[str, Any] = {}
     for key, value in values.items():
         if isinstance(value, dict):
@@ -197,5 +197,5 @@ def masked(values: dict[str, Any], mask: Mask) -> dict[str, Any]:
             info[key] = np.array(value, dtype=object)
         else:
             info[key] = value
-        info[f"_{key}"] = mask.copy()
+        info[f"_{key}"] = mask
     return info
