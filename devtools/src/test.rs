@@ -23,7 +23,8 @@ use crate::{check_learning, check_python, fuzz, reuse, tidy, workspace};
                   preset x camera x controller, a short episode each), judge, check-statistics, read-back, check-report, check-network, check-python.\n\
                   All steps run; the last lines list the results and times of the steps, and the number of tests skipped without a graphics\n\
                   adapter. A step whose tools are missing is skipped with a message; with CI=true in the environment it fails.\n\n\
-                  With --learning: the adapters for Stable-Baselines3, rsl_rl, skrl, vla-eval and LeRobot, each at a tiny size with the real package.\n\
+                  With --learning: the adapters for Stable-Baselines3, rsl_rl, skrl, TorchRL, PufferLib, vla-eval and LeRobot (lerobot-eval, too), each at a tiny\n\
+                  size with the real package. PufferLib is skipped unless it is installed (docs/learning.md).\n\
                   It needs the network on the first run: 6 GB go into target/learning/venv. LeRobot needs Python 3.12 as python3, else its\n\
                   checks are skipped with a message.\n\n\
                   With --quick: format, tidy, lints and tests of the crates that differ from the last commit (or, if none does, of those\n\

@@ -3,18 +3,21 @@
 Runs every function named test_*, or those whose names are given. ORCHARD names the program `orchard`.
 """
 
+import importlib.util
 import json
 import os
 import pathlib
+import shutil
 import subprocess
 import sys
 import tempfile
-import time
-import traceback
+
+sys.path.insert(0, str(pathlib.Path(__file__).parents[1]))
 
 import gymnasium
 import numpy as np
 import torch
+from checks import main, raises
 
 import orchardbench
 from orchardbench._vector import OrchardVectorEnv
@@ -29,15 +32,6 @@ def actions(step, envs, size):
     """Actions that depend on step and environment alone."""
     rows = [np.random.default_rng([step, k]).uniform(-1, 1, size) for k in range(envs)]
     return np.array(rows, dtype=np.float32)
-
-
-def raises(kind, text, call):
-    try:
-        call()
-    except kind as e:
-        assert text in str(e), f"{text!r} is not in {e}"
-        return
-    raise AssertionError(f"nothing was raised; expected {kind.__name__}: {text}")
 
 
 def test_sb3_accepts_and_learns():
@@ -195,6 +189,64 @@ def test_skrl_learns_without_an_adapter():
     assert any(not torch.equal(a, b) for a, b in zip(before, models["policy"].parameters())), "nothing was learned"
 
 
+def test_torchrl_accepts_and_learns():
+    from tensordict.nn import TensorDictModule
+    from torchrl.envs import GymWrapper, check_env_specs
+
+    one = GymWrapper(gymnasium.make(REACH, disable_env_checker=True).unwrapped)
+    check_env_specs(one)
+    # TorchRL resets what has ended itself.
+    envs = GymWrapper(gymnasium.make_vec(REACH, num_envs=2, vectorization_mode="vector_entry_point", autoreset_mode="Disabled", control_hz=1))
+    check_env_specs(envs)
+    envs.set_seed(SEED)
+    size = envs.action_spec.shape[-1]
+    net = torch.nn.Linear(envs.observation_spec["target"].shape[-1], size)
+    policy = TensorDictModule(net, in_keys=["target"], out_keys=["action"])
+    # Episodes end after 30 s at the latest.
+    steps = envs.rollout(40, policy, break_when_any_done=False)
+    ended = steps["next", "done"][0, :, 0]
+    assert steps.batch_size == (2, 40) and ended[:-1].any() and not ended[:10].any(), ended
+    for step in range(39):
+        goes_on = torch.equal(steps["next", "target"][0, step], steps["target"][0, step + 1])
+        assert goes_on != bool(ended[step]), step
+    before = net.weight.detach().clone()
+    loss = -(net(steps["target"]).tanh() * steps["next", "reward"]).mean() - net(steps["target"]).square().mean()
+    loss.backward()
+    torch.optim.SGD(net.parameters(), lr=0.1).step()
+    assert not torch.equal(before, net.weight), "nothing was learned"
+    envs.close()
+    one.close()
+
+
+def test_pufferlib_writes_what_the_environments_give():
+    import pufferlib.vector
+
+    from orchardbench.pufferlib import OrchardPuffer
+
+    # A robot at rest stalls after 15 s, in the 15th step at 1 Hz.
+    settings = {"control_hz": 1, "obs": ("state", "depth")}
+    made = {"task": "Harvest-v1", "num_envs": 2, **settings}
+    envs = pufferlib.vector.make(OrchardPuffer, env_kwargs=made, num_envs=2, backend=pufferlib.vector.Serial, seed=SEED)
+    many = [OrchardVectorEnv("Harvest-v1", 2, **settings) for _ in range(2)]
+    observations, _ = envs.reset(seed=SEED)
+    expected = [env.reset(seed=SEED + k)[0] for k, env in enumerate(many)]
+    columns = envs.driver_env.columns
+    assert envs.num_agents == 4 and list(columns) == [field["key"] for field in many[0].interface["observation"]]
+    still = np.zeros((4, len(many[0].interface["action"])), dtype=np.float32)
+    for step in range(15):
+        for key, where in columns.items():
+            rows = np.concatenate([seen[key].reshape(2, -1) for seen in expected])
+            assert np.array_equal(observations[:, where], rows), (step, key)
+        observations, reward, terminals, truncations, infos = envs.step(still)
+        stepped = [env.step(still[:2]) for env in many]
+        expected = [one[0] for one in stepped]
+        assert np.array_equal(reward, np.concatenate([one[1] for one in stepped]).astype(np.float32))
+        assert truncations.all() == (step == 14) and not terminals.any()
+    assert [info["length"] for info in infos] == [15.0] * 4 and not any(info["success"] for info in infos), infos
+    raises(ValueError, "PufferLib's observations are numbers", lambda: OrchardPuffer(obs=("task_description",)))
+    envs.close()
+
+
 def test_vla_eval_runs_a_model_server():
     from vla_eval import api
     from vla_eval.model_servers.predict import PredictModelServer
@@ -299,8 +351,6 @@ def test_lerobot_finds_the_plugin():
     assert len(stepped[1]) == 2 and "is_success" in stepped[4]
     envs.close()
     # The file for the Hub makes the same.
-    import importlib.util
-
     spec = importlib.util.spec_from_file_location("env", INTEGRATION / "env.py")
     hub = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(hub)
@@ -310,31 +360,40 @@ def test_lerobot_finds_the_plugin():
     assert lerobot_env_orchardbench.OrchardBenchEnv is type(config)
 
 
+def test_lerobot_evaluates_a_policy():
+    small = {"dim_model": 32, "n_heads": 2, "dim_feedforward": 32, "n_encoder_layers": 1, "n_vae_encoder_layers": 1, "latent_dim": 4}
+    small |= {"type": "act", "device": "cpu", "push_to_hub": "false", "pretrained_backbone_weights": "null"}
+    with tempfile.TemporaryDirectory() as folder:
+        # LeRobot finds its plugins by the names of installed packages.
+        pip = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--no-build-isolation", "--target", folder]
+        source = pathlib.Path(shutil.copytree(INTEGRATION, pathlib.Path(folder, "source")))
+        subprocess.run([*pip, str(source)], check=True)
+        path = os.pathsep.join([folder, os.environ["PYTHONPATH"]])
+        line = [str(pathlib.Path(sys.executable).with_name("lerobot-eval")), *(f"--policy.{key}={value}" for key, value in small.items())]
+        line += ["--env.type=orchardbench", "--env.task=Reach-v1", "--env.fps=1", "--env.pixels_size=32", f"--output_dir={folder}/out"]
+        line += ["--eval.n_episodes=2", "--eval.batch_size=2", "--eval.use_async_envs=false", f"--seed={SEED}"]
+        done = subprocess.run(line, env={**os.environ, "PYTHONPATH": path, "HF_HUB_OFFLINE": "1"}, capture_output=True, text=True)
+        assert done.returncode == 0, done.stdout + done.stderr
+        result = json.loads(pathlib.Path(folder, "out", "eval_info.json").read_text())
+        (told,) = result["per_task"]
+        assert len(told["metrics"]["successes"]) == 2 and result["overall"]["n_episodes"] == 2, result
+
+
 def test_types():
     package = pathlib.Path(orchardbench.__file__).parent
-    files = [str(package / f"{name}.py") for name in ("_rows", "lerobot", "rsl_rl", "sb3", "vla_eval")]
+    files = [str(package / f"{name}.py") for name in ("_rows", "lerobot", "pufferlib", "rsl_rl", "sb3", "vla_eval")]
     done = subprocess.run([sys.executable, "-m", "mypy", "--strict", "--follow-imports=silent", "--ignore-missing-imports", "--allow-subclassing-any", *files], capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-def main():
-    chosen = sys.argv[1:]
-    tests = [f for name, f in globals().items() if name.startswith("test_") and (not chosen or name in chosen)]
-    failed = 0
-    for test in tests:
-        start = time.monotonic()
-        if "lerobot" in test.__name__ and sys.version_info < (3, 12):
-            print(f"{test.__name__}: SKIPPED, LeRobot needs Python 3.12", flush=True)
-            continue
-        try:
-            test()
-            said = "ok"
-        except Exception:
-            failed += 1
-            said = f"FAILED\n{traceback.format_exc()}"
-        print(f"{test.__name__} ({time.monotonic() - start:.1f} s): {said}", flush=True)
-    sys.exit(f"{failed} of {len(tests)} tests failed" if failed else 0)
+def skipped(name):
+    """The reason why a test is left out."""
+    if "lerobot" in name and sys.version_info < (3, 12):
+        return "LeRobot needs Python 3.12"
+    if "pufferlib" in name and importlib.util.find_spec("pufferlib") is None:
+        return "PufferLib is not installed: building it downloads graphics libraries that are on no package index"
+    return None
 
 
 if __name__ == "__main__":
-    main()
+    main([sys.modules["__main__"]], skipped)

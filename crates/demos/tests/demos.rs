@@ -98,6 +98,17 @@ fn stored_actions_lead_to_the_stored_state_without_images_too() {
     }
 }
 
+/// The target of the gentle task is a point with a heading, which the files state.
+#[test]
+fn the_gentle_task_is_demonstrated_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let plan = Plan::new(scenario(), Settings::of(Task::Gentle), Via::Actions, vec![1], 1).unwrap();
+    assert!(run(&plan, folder.path(), 1).summary.is_some());
+    let meta = String::from_utf8(files(folder.path())["meta.json"].clone()).unwrap();
+    assert!(meta.contains("Gentle-v1") && meta.contains("\"heading\""), "{meta}");
+    assert_eq!(verified(folder.path()), Verdict { episodes: 1, problems: Vec::new() });
+}
+
 #[test]
 fn a_run_continues_and_grows_and_does_not_depend_on_threads() {
     let folders = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];

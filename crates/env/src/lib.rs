@@ -30,7 +30,6 @@ mod error;
 mod harvest;
 mod instruction;
 mod interface;
-mod pixels;
 mod privileged;
 mod report;
 mod rules;
@@ -44,7 +43,7 @@ pub use error::EnvError;
 pub use interface::{Interface, Term};
 pub use report::{Report, Statistics};
 pub use rules::{
-    CostRules, GentleReward, HarvestReward, InstructionRules, LearningRules, PixelRules, ReachReward, V1_TOML,
+    CostRules, GentleReward, HarvestReward, InstructionRules, LearningRules, ReachReward, V1_TOML,
 };
 pub use settings::{Settings, Task, WORLDS};
 pub use task_env::TaskEnv;

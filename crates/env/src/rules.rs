@@ -1,6 +1,6 @@
-//! Weights of rewards and costs, words of instructions, and how pictures are taken: `configs/learning/v1.toml`.
+//! Weights of rewards and costs, and words of instructions: `configs/learning/v1.toml`.
 
-use orchard_quantity::{ConfigError, Count, Quantity, from_toml};
+use orchard_quantity::{ConfigError, Quantity, from_toml};
 use serde::{Deserialize, Serialize};
 
 /// The figures of the learning interface as TOML text.
@@ -22,8 +22,6 @@ pub struct LearningRules {
     pub gentle: GentleReward,
     /// Instructions in words.
     pub instruction: InstructionRules,
-    /// Colour pictures.
-    pub pixels: PixelRules,
 }
 
 /// Weights of the cost of a step.
@@ -92,24 +90,6 @@ pub struct InstructionRules {
     pub size_margin: Quantity,
     /// In height or distance.
     pub place_margin: Quantity,
-}
-
-/// Rules of colour pictures.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct PixelRules {
-    /// Place of the fixed camera from the arm's shoulder, base frame, in lengths of the arm.
-    pub eye: [Quantity; 3],
-    /// The point in the middle of its picture, likewise.
-    pub aim: [Quantity; 3],
-    /// Vertical field of view.
-    pub vertical_fov: Quantity,
-    /// Samples a pixel side.
-    pub supersampling: Count,
-    /// Pixels a side of the map of the sun's shadow.
-    pub sun_map: Count,
-    /// Pixels a side of the maps of the sky's light.
-    pub sky_map: Count,
 }
 
 impl LearningRules {

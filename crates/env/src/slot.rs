@@ -1,8 +1,8 @@
 //! One environment: a world with its episode.
 
 use orchard_geometry::Vec3;
-use orchard_policy::{DepthReading, Encoding, Reading, Spaces, Values};
-use orchard_robot::{Command, JointValues};
+use orchard_policy::{DepthReading, Encoding, Reading, Values};
+use orchard_robot::{Command, JointValues, Pictures};
 use orchard_scenario::Scenario;
 use orchard_tasks::component::{Gentle, ReachAndGrasp};
 use orchard_tasks::protocol::Protocol;
@@ -18,7 +18,6 @@ use crate::error::EnvError;
 use crate::harvest::Harvest;
 use crate::instruction::instruction;
 use crate::interface::Interface;
-use crate::pixels::{Cameras, Pictures};
 use crate::privileged;
 use crate::report::{Ending, Report, Statistics};
 use crate::rules::LearningRules;
@@ -34,8 +33,6 @@ pub(crate) struct Shared {
     pub rules: LearningRules,
     pub interface: Interface,
     pub encoding: Encoding,
-    /// Cameras for pictures, if they are observed.
-    pub cameras: Option<Cameras>,
     /// Hash of scenario, protocol and settings, by which saved states know where they belong.
     pub identity: String,
 }
@@ -123,7 +120,7 @@ impl Slot {
             if shared.interface.policy.spaces.depth && world.delivers_in(0) {
                 world.observe();
             }
-            let pictures = shared.cameras.as_ref().map(|cameras| cameras.take(&world));
+            let pictures = shared.encoding.pictures().map(|request| world.take_pictures(request));
             let (set, sentence) = (shared.encoding.start(), task.sentence(&world, shared, of_seed));
             let episode = Episode { seed, number, task, stall, set, pictures, sentence };
             self.running = Some((world, episode));
@@ -174,8 +171,8 @@ impl Slot {
         // Only the last image of a step is seen.
         let (seen, now) = (shared.interface.policy.spaces.depth, world.frame());
         let last_image = (1..=frames).rev().find(|&k| seen && world.delivers_in(k));
-        let cameras = shared.cameras.as_ref();
-        let last_picture = (1..=frames).rev().find(|&k| cameras.is_some_and(|c| c.take_in(now + k)));
+        let request = shared.encoding.pictures();
+        let last_picture = (1..=frames).rev().find(|&k| request.is_some_and(|r| r.is_due(now + k)));
         episode.task.begin_step(world);
         let (mut damage, mut ending) = (Damage::default(), None);
         for k in 1..=frames {
@@ -189,7 +186,7 @@ impl Slot {
                 world.observe();
             }
             if last_picture == Some(k) {
-                episode.pictures = cameras.map(|cameras| cameras.take(world));
+                episode.pictures = request.map(|request| world.take_pictures(request));
             }
             if ending.is_none() && episode.stall.stalled(&world.sense()) {
                 ending = Some(Ending::STALLED);
@@ -214,10 +211,8 @@ impl Slot {
             State::Reach(trial) => Some(ReachAndGrasp::told(trial.target())),
             State::Gentle(trial) => Some(Gentle::told(trial.target())),
         };
-        let frame = shared.interface.policy.frame;
-        let pixels = episode.pictures.as_ref().map(|pictures| pictures.reading(frame));
-        let description = episode.sentence.as_deref();
-        let reading = Reading { sensed: &world.sense(), depth, pixels, target, description };
+        let (pictures, description) = (episode.pictures.as_ref(), episode.sentence.as_deref());
+        let reading = Reading { sensed: &world.sense(), depth, pictures, target, description };
         self.values = shared.encoding.read(&reading);
         if shared.interface.privileged {
             let (goal, left) = episode.task.goal(world);
@@ -253,8 +248,9 @@ impl Slot {
         let (seed, index) = world_of(episode.seed, first, episode.number);
         let mut world = shared.build(seed, index)?;
         world.restore(&snapshot).map_err(|e| refused(e.to_string()))?;
-        let fit = |pictures: &Pictures, spaces: &Spaces| spaces.pixels.is_some_and(|p| pictures.fit(&p));
-        let pictures = episode.pictures.as_ref().is_none_or(|p| fit(p, &shared.interface.policy.spaces));
+        let fit =
+            |pictures: &Pictures| shared.encoding.pictures().is_some_and(|request| request.fits(pictures));
+        let pictures = episode.pictures.as_ref().is_none_or(fit);
         if !(episode.task.fits(&world) && pictures) || episode.set.len() != shared.encoding.start().len() {
             return Err(refused("its episode does not fit its world".to_owned()));
         }

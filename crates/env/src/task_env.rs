@@ -4,7 +4,6 @@ use std::ops::Range;
 
 use orchard_picker::Controller;
 use orchard_policy::{Encoding, SettingError, Spaces, Target, Values};
-use orchard_robot::{Command, Observation};
 use orchard_scenario::Scenario;
 use orchard_tasks::component::{Component, Gentle, ReachAndGrasp};
 use orchard_tasks::protocol::Protocol;
@@ -15,7 +14,6 @@ use crate::component::Learnable;
 use crate::driven::{Driven, Via};
 use crate::error::EnvError;
 use crate::interface::Interface;
-use crate::pixels::Cameras;
 use crate::report::Report;
 use crate::rules::LearningRules;
 use crate::settings::{Settings, Task, WORLDS};
@@ -53,8 +51,6 @@ impl TaskEnv {
         let size = [view.width.get() as usize, view.height.get() as usize];
         let spaces = Spaces { target: settings.task.target(), ..settings.spaces.clone() };
         let encoding = Encoding::new(robot, &spaces, size, spec.sim.frame_rate.si())?;
-        let cameras = |pixels| Cameras::new(pixels, scenario, &rules.pixels);
-        let cameras = spaces.pixels.as_ref().map(cameras).transpose()?;
         let (horizon, reward) = match settings.task {
             Task::Harvest => (protocol.full.horizon.si(), harvest::terms(&rules.harvest)),
             Task::Reach => (ReachAndGrasp::time(&protocol.component), ReachAndGrasp::terms(&rules)),
@@ -78,10 +74,7 @@ impl TaskEnv {
         let identity = orchard_bench::digest::config_hash(&[("env", &identity)]);
         let slots = worlds.enumerate().map(|(env, world)| Slot::new(env, world)).collect();
         let scenario = scenario.clone();
-        Ok(Self {
-            shared: Shared { scenario, protocol, rules, interface, encoding, cameras, identity },
-            slots,
-        })
+        Ok(Self { shared: Shared { scenario, protocol, rules, interface, encoding, identity }, slots })
     }
 
     /// Number of environments.
@@ -140,25 +133,6 @@ impl TaskEnv {
             .zip(mask)
             .filter(|(_, chosen)| **chosen)
             .for_each(|((slot, action), _)| slot.step(action, shared));
-        Ok(())
-    }
-
-    /// Takes the frames of an action in one environment under a controller's commands, one an observation: to value demonstrations by the
-    /// rewards of the task.
-    ///
-    /// # Errors
-    /// An environment without an episode or after its end.
-    ///
-    /// # Panics
-    /// There is no such environment.
-    pub fn step_by(
-        &mut self,
-        env: usize,
-        mut controller: impl FnMut(&Observation) -> Command,
-    ) -> Result<(), EnvError> {
-        let (slot, shared) = (&mut self.slots[env], &self.shared);
-        slot.goes_on()?;
-        slot.advance(shared, |_, world| controller(&world.observe()));
         Ok(())
     }
 

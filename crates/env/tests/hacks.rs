@@ -1,8 +1,8 @@
 //! Rewards that cannot be hacked: who does not work earns less than the baseline controller on the same trees.
 
-use orchard_env::{Settings, Task, TaskEnv};
+use orchard_env::{Settings, Task, TaskEnv, Via};
 use orchard_geometry::{Vec3, math};
-use orchard_picker::{Controller, Goal, Kind};
+use orchard_picker::{Goal, Kind};
 use orchard_policy::{Control, Spaces, Values};
 use orchard_robot::RobotModel;
 use orchard_scenario::Scenario;
@@ -57,7 +57,7 @@ fn baseline(task: Task) -> f64 {
         };
         for _ in 0..10 * TIME {
             if !over(&env, k) {
-                env.step_by(k, |seen| controller.act(seen)).unwrap();
+                env.drive(k, &mut *controller, Via::Commands).unwrap();
             }
         }
     }

@@ -126,7 +126,7 @@ fn look(encoding: &Encoding, world: &mut World, goal: &Option<Goal>) -> Vec<Valu
         Goal::Grasp { p_odom: p, radius } => [p.x, p.y, p.z, radius],
         Goal::Reach { .. } => panic!("a point"),
     });
-    encoding.read(&Reading { sensed: &sensed, depth, pixels: None, target, description: None })
+    encoding.read(&Reading { sensed: &sensed, depth, pictures: None, target, description: None })
 }
 
 #[test]

@@ -2,15 +2,16 @@
 
 use std::sync::Arc;
 
+use orchard_geometry::math;
 use orchard_network::Network;
 use orchard_perception::DetectorConfig;
 use orchard_picker::{Controller, ControllerKind, Goal};
-use orchard_policy::Encoding;
-use orchard_robot::RobotModel;
+use orchard_policy::{Encoding, Target};
+use orchard_robot::{PictureRequest, RobotModel};
 use sha2::{Digest, Sha256};
 
+use crate::controller::LearnedController;
 use crate::error::PolicyError;
-use crate::pilot::Pilot;
 use crate::policy::Policy;
 use crate::spec::Spec;
 use crate::wiring::Wiring;
@@ -48,10 +49,6 @@ impl LearnedKind {
     /// A network or spec that cannot be read, that do not fit each other, or that were made for another robot, camera or encoding.
     pub fn new(name: &str, onnx: &[u8], spec: &str, setting: &Setting<'_>) -> Result<Self, PolicyError> {
         let (text, spec) = (spec, Spec::read(spec)?);
-        if spec.spaces.pixels.is_some() {
-            let problem = "controllers get no colour pictures; learn from `state` and `depth`";
-            return Err(PolicyError::Spec(problem.to_owned()));
-        }
         if spec.execute == Some(0) {
             return Err(PolicyError::Spec("execute 0: it must be at least 1".to_owned()));
         }
@@ -73,7 +70,7 @@ impl LearnedKind {
             name: name.to_owned(),
             files: [(of_network, onnx.into()), (of_spec, text.as_bytes().into())],
             configs: vec![(format!("{of_network}.sha256"), hash), (of_spec.to_owned(), text.to_owned())],
-            policy: Arc::new(Policy { network, wiring, encoding, spec }),
+            policy: Arc::new(Policy { network, wiring, encoding: Arc::new(encoding), spec }),
             notes,
         })
     }
@@ -102,9 +99,13 @@ impl ControllerKind for LearnedKind {
         self.notes.clone()
     }
 
+    fn pictures(&self) -> Option<Arc<PictureRequest>> {
+        self.policy.encoding.pictures().cloned()
+    }
+
     /// A policy that is told a target keeps still without one.
     fn controller(&self, _: &RobotModel, _: &DetectorConfig) -> Box<dyn Controller> {
-        Box::new(Pilot::new(self.policy.clone(), None))
+        Box::new(LearnedController::new(self.policy.clone(), None))
     }
 
     fn takes_goals(&self) -> bool {
@@ -116,12 +117,38 @@ impl ControllerKind for LearnedKind {
     }
 
     fn with_goal(&self, goal: &Goal, _: &RobotModel, _: &DetectorConfig) -> Option<Box<dyn Controller>> {
-        let target = match *goal {
-            Goal::Grasp { p_odom: p, radius } => [p.x, p.y, p.z, radius],
-            // A point is told as a fruit without size.
-            Goal::Reach { p_odom: p, .. } => [p.x, p.y, p.z, 0.0],
-        };
-        self.takes_goals()
-            .then(|| Box::new(Pilot::new(self.policy.clone(), Some(target))) as Box<dyn Controller>)
+        let told = told(self.policy.spec.spaces.target?, goal);
+        Some(Box::new(LearnedController::new(self.policy.clone(), Some(told))))
+    }
+}
+
+/// The goal of a trial as a policy is told it, in the form of the target that it learned. A point is told as a fruit without size; a fruit as a point
+/// that is approached from where the base stands at the start.
+fn told(target: Target, goal: &Goal) -> [f64; 4] {
+    let (Goal::Grasp { p_odom: p, .. } | Goal::Reach { p_odom: p, .. }) = goal;
+    let last = match (target, goal) {
+        (Target::Fruit, Goal::Grasp { radius, .. }) => *radius,
+        (Target::Fruit, Goal::Reach { .. }) => 0.0,
+        (Target::Point, Goal::Reach { heading_odom, .. }) => *heading_odom,
+        (Target::Point, Goal::Grasp { .. }) => math::atan2(p.y, p.x),
+    };
+    [p.x, p.y, p.z, last]
+}
+
+#[cfg(test)]
+mod tests {
+    use orchard_geometry::Vec3;
+
+    use super::*;
+
+    #[test]
+    fn goals_are_told_in_the_form_that_the_policy_learned() {
+        let p_odom = Vec3::new(1.0, 1.0, 1.5);
+        let (fruit, point) =
+            (Goal::Grasp { p_odom, radius: 0.04 }, Goal::Reach { p_odom, heading_odom: -0.3 });
+        let last = |target, goal| told(target, goal)[3];
+        assert_eq!(told(Target::Fruit, &fruit), [1.0, 1.0, 1.5, 0.04]);
+        assert_eq!((last(Target::Fruit, &point), last(Target::Point, &point)), (0.0, -0.3));
+        assert!((last(Target::Point, &fruit) - std::f64::consts::FRAC_PI_4).abs() < 1e-15);
     }
 }

@@ -4,9 +4,9 @@
 //! and makes controllers of them. The crate takes bytes and text, and it reaches no truth: what a policy sees is what any controller sees.
 //! `docs/controllers.md` describes the files.
 
+mod controller;
 mod error;
 mod kind;
-mod pilot;
 mod policy;
 mod spec;
 mod wiring;

@@ -1,5 +1,7 @@
 //! A policy that is ready to act.
 
+use std::sync::Arc;
+
 use orchard_network::Network;
 use orchard_policy::Encoding;
 
@@ -10,6 +12,6 @@ use crate::wiring::Wiring;
 pub(crate) struct Policy {
     pub network: Network,
     pub wiring: Wiring,
-    pub encoding: Encoding,
+    pub encoding: Arc<Encoding>,
     pub spec: Spec,
 }

@@ -28,5 +28,5 @@
 
 pub use orchard_program::{
     AttemptEnd, Command, Controller, ControllerKind, DetectorConfig, Event, Failure, Goal, Observation,
-    Options, Program, Record, RobotModel, Scenario, State, Verdict, custom,
+    Options, PictureRequest, Pictures, Program, Record, RobotModel, Scenario, State, Verdict, custom,
 };

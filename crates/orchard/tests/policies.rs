@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use orchard_env::{Settings, Task, TaskEnv};
-use orchard_policy::Spaces;
+use orchard_policy::{Pixels, Spaces};
 use orchard_scenario::Scenario;
 
 /// The official matrix, cut down to one tree and one second a seed.
@@ -14,6 +14,14 @@ const SCENARIO: &str = "controller = 'onnx:harvest.onnx'
 trees = { value = 1, range = [1, 100000], unit = 'trees a seed', source = 'protocol' }
 horizon = { value = 1.0, range = [0.1, 36000.0], unit = 's', source = 'protocol' }
 conditions = ['nominal']
+";
+
+/// Trials of one second.
+const SHORT: &str = "controller = 'onnx:pixels.onnx'
+[rules.component.grasp]
+time = { value = 1.0, range = [0.1, 36000.0], unit = 's', source = 'protocol' }
+[rules.component.gentle]
+time = { value = 1.0, range = [0.1, 36000.0], unit = 's', source = 'protocol' }
 ";
 
 /// Runs the program in a folder; returns its exit code and what it printed.
@@ -37,7 +45,8 @@ fn done(folder: &Path, line: &str) -> String {
 /// Writes a policy as a training script does: a network of random weights, and the interface of the environment.
 fn policy(folder: &Path, name: &str, task: Task) {
     let settings = Settings::of(task);
-    let spaces = Spaces { depth: task == Task::Harvest, ..settings.spaces.clone() };
+    let pixels = Some(Pixels { height: 24, width: 32, hz: 5 }).filter(|_| name == "pixels");
+    let spaces = Spaces { depth: task == Task::Harvest, pixels, ..settings.spaces.clone() };
     let env = TaskEnv::new(&Scenario::of(&[]).unwrap(), &Settings { spaces, ..settings }, 0..1).unwrap();
     fs::write(folder.join(format!("{name}.json")), serde_json::to_string(env.interface()).unwrap()).unwrap();
     let network = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join(format!("../../tests/network/{name}.onnx"));
@@ -85,6 +94,66 @@ fn a_policy_is_run_recorded_replayed_explained_and_ranked() {
         "leaderboard add official --seed-set tuning --budget gentle --scenario board.toml --board board.json",
     );
     assert!(said.contains("re-run"), "{said}");
+}
+
+#[test]
+fn a_policy_that_sees_colour_runs_in_every_task() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    policy(at, "pixels", Task::Harvest);
+    let run = "bench-v1 --controller onnx:pixels.onnx --tasks harvest --conditions nominal --trees 1 --horizon 0.5 --record --out seen";
+    done(at, run);
+    let said = done(at, "replay seen/recordings/onnx-pixels-nominal-20250704-000.mcap");
+    assert!(said.contains("controller: agrees in every byte"), "{said}");
+    let said = done(at, "explain seen/episodes/onnx-pixels-nominal-20250704-000.json");
+    assert!(!said.contains("GAVE UP"), "{said}");
+    fs::write(at.join("small.toml"), SCENARIO.replace("harvest.onnx", "pixels.onnx")).unwrap();
+    done(at, "bench-v1 --scenario small.toml --tasks harvest --profile full --seeds tuning --out official");
+    fs::write(at.join("board.toml"), SCENARIO.replace("controller = 'onnx:harvest.onnx'\n", "")).unwrap();
+    let said = done(
+        at,
+        "leaderboard add official --seed-set tuning --budget gentle --scenario board.toml --board board.json",
+    );
+    assert!(said.contains("re-run"), "{said}");
+
+    policy(at, "pixels", Task::Gentle);
+    fs::write(at.join("short.toml"), SHORT).unwrap();
+    done(
+        at,
+        "bench-v1 --scenario short.toml --tasks reach-and-grasp,gentle --seeds 20250704 --trees 1 --out pushed",
+    );
+    for task in ["reach-and-grasp", "gentle"] {
+        let summary = fs::read_to_string(at.join(format!("pushed/{task}.json"))).unwrap();
+        assert!(summary.contains("time_over") && !summary.contains("gave_up"), "{summary}");
+    }
+}
+
+#[test]
+fn a_network_that_gives_no_numbers_is_told_and_counted() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    policy(at, "fault", Task::Harvest);
+    let said = done(
+        at,
+        "bench-v1 --controller onnx:fault.onnx --tasks harvest --conditions nominal --trees 1 --horizon 1 --record --out ill",
+    );
+    assert!(said.contains("THE CONTROLLER GAVE UP") && said.contains("action_not_finite 1"), "{said}");
+    let name = "onnx-fault-nominal-20250704-000";
+    let record = fs::read_to_string(at.join(format!("ill/episodes/{name}.json"))).unwrap();
+    let record: serde_json::Value = serde_json::from_str(&record).unwrap();
+    // At 10 Hz the third action is the first after 0.15 s.
+    assert_eq!(record["gave_up"]["fault"], "action_not_finite");
+    assert!((record["gave_up"]["time"].as_f64().unwrap() - 0.2).abs() < 1e-9, "{}", record["gave_up"]);
+    let summary = fs::read_to_string(at.join("ill/summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    assert_eq!(summary["gave_up"]["action_not_finite"], 1);
+    let said = done(at, &format!("explain ill/episodes/{name}.json"));
+    assert!(
+        said.contains("the controller GAVE UP at 0.2 s and held the robot still: action not finite"),
+        "{said}"
+    );
+    let said = done(at, &format!("replay ill/recordings/{name}.mcap"));
+    assert!(said.contains("controller: agrees in every byte"), "{said}");
 }
 
 #[test]

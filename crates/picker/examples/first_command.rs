@@ -23,6 +23,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         depth: Some(DepthImage::filled(192, 144, 0.0)),
         depth_time: 0.0,
         intrinsics,
+        pictures: None,
     };
     let command = controller.act(&observation);
     println!("base {:?}, arm {:.3?}", command.base_velocity, command.arm_q);

@@ -1,9 +1,10 @@
 //! Kinds of controllers: what a scenario names and a program makes its controllers by.
 
 use std::fmt::Debug;
+use std::sync::Arc;
 
 use orchard_perception::DetectorConfig;
-use orchard_robot::{Command, Observation, RobotModel};
+use orchard_robot::{Command, Observation, PictureRequest, RobotModel};
 
 use crate::{BASELINE_TOML, Controller, GOAL_TOML, Goal, Kind, Record};
 
@@ -25,6 +26,11 @@ pub trait ControllerKind: Debug + Send + Sync {
     /// Notes for the user who chose this kind, a sentence each.
     fn notes(&self) -> Vec<String> {
         Vec::new()
+    }
+
+    /// Colour pictures that the controllers ask for; none if they look at the depth camera alone.
+    fn pictures(&self) -> Option<Arc<PictureRequest>> {
+        None
     }
 
     /// Makes a controller at the start of an episode.

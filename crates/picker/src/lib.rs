@@ -35,7 +35,7 @@ pub use controller_kind::{ControllerKind, CustomKind, ForeignKind, custom, forei
 pub use expert::{EXPERT_TOML, ExpertConfig, ExpertPicker};
 pub use goal::Goal;
 pub use kind::Kind;
-pub use record::{AttemptEnd, AttemptId, Event, FailureReason, ImageReport, Record, State};
+pub use record::{AttemptEnd, AttemptId, Event, FailureReason, Fault, ImageReport, Record, State};
 pub use task::{ComplianceConfig, GOAL_TOML, GoalConfig, PushConfig};
 
 use orchard_robot::{Command, Observation};

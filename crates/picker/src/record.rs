@@ -67,6 +67,18 @@ pub enum AttemptEnd {
     Failed(FailureReason),
 }
 
+/// Reason for which a controller gives no commands any more.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Fault {
+    /// A number of the network's action is not finite.
+    ActionNotFinite,
+    /// The network gives no action.
+    NoAction,
+    /// It needs a target and has none.
+    NoTarget,
+}
+
 /// An event, with the observation's time \[s\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Event {
@@ -123,6 +135,13 @@ pub enum Event {
         id: AttemptId,
         /// End of the attempt.
         end: AttemptEnd,
+    },
+    /// The controller gives no commands any more: from now on the robot holds still.
+    GaveUp {
+        /// Time \[s\].
+        time: f64,
+        /// Reason.
+        fault: Fault,
     },
 }
 

@@ -1,19 +1,22 @@
 //! Observations of a robot as arrays, and arrays as its commands.
 
-use orchard_robot::{Command, JointValues, RobotModel};
+use std::sync::Arc;
+
+use orchard_robot::{Command, JointValues, PictureRequest, RobotModel};
 
 use crate::action::{Channel, Drive, Motion};
 use crate::interface::{Conventions, Interface};
 use crate::rules::Scales;
 use crate::sensors::{Reading, Sensors, Values};
 use crate::setting::SettingError;
-use crate::spaces::Spaces;
+use crate::spaces::{Pixels, Spaces};
 
 /// The encoding of a robot's observations and actions for a policy.
 pub struct Encoding {
     interface: Interface,
     drive: Drive,
     sensors: Sensors,
+    pictures: Option<Arc<PictureRequest>>,
 }
 
 impl Encoding {
@@ -28,7 +31,8 @@ impl Encoding {
         frame_rate: f64,
     ) -> Result<Self, SettingError> {
         let (scales, frames) = (Scales::v1(), spaces.frames(frame_rate)?);
-        spaces.pixels.map(|pixels| pixels.frames(frame_rate)).transpose()?;
+        let request = |pixels: Pixels| pixels.request(robot, &scales.pixels, frame_rate).map(Arc::new);
+        let pictures = spaces.pixels.map(request).transpose()?;
         let period = f64::from(frames) / frame_rate;
         let drive = Drive::new(robot, spaces.control, &scales, frames, period);
         let sensors = Sensors::new(robot, spaces, depth_size);
@@ -41,7 +45,12 @@ impl Encoding {
             action: drive.channels.clone(),
             observation: sensors.fields.clone(),
         };
-        Ok(Self { interface, drive, sensors })
+        Ok(Self { interface, drive, sensors, pictures })
+    }
+
+    /// The pictures that are observed; none if they are not.
+    pub fn pictures(&self) -> Option<&Arc<PictureRequest>> {
+        self.pictures.as_ref()
     }
 
     /// The conventions.

@@ -19,8 +19,8 @@ pub use action::{Channel, Motion};
 pub use encoding::Encoding;
 pub use interface::{Conventions, Element, Field, Frames, Interface};
 pub use pilot::Pilot;
-pub use rules::{Scales, V1_TOML};
-pub use sensors::{DepthReading, PixelReading, Reading, Values};
+pub use rules::{PixelRules, Scales, V1_TOML};
+pub use sensors::{DepthReading, Reading, Values};
 pub use setting::SettingError;
 pub use spaces::{Control, Pixels, Spaces, Target};
 

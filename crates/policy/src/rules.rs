@@ -1,4 +1,4 @@
-//! Scales of actions: `configs/policy/v1.toml`.
+//! Scales of actions, and how pictures are taken: `configs/policy/v1.toml`.
 
 use orchard_quantity::{ConfigError, Count, Quantity, from_toml};
 use serde::{Deserialize, Serialize};
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// The scales as TOML text.
 pub const V1_TOML: &str = include_str!("../configs/policy/v1.toml");
 
-/// Scales of actions.
+/// Scales of actions, and rules of pictures.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scales {
@@ -20,6 +20,26 @@ pub struct Scales {
     pub tool_turn_speed: Quantity,
     /// Steps of inverse kinematics by which the joints follow the tool's set point.
     pub tool_steps: Count,
+    /// Colour pictures.
+    pub pixels: PixelRules,
+}
+
+/// Rules of colour pictures.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PixelRules {
+    /// Place of the fixed camera from the arm's shoulder, base frame, in lengths of the arm.
+    pub eye: [Quantity; 3],
+    /// The point in the middle of its picture, likewise.
+    pub aim: [Quantity; 3],
+    /// Vertical field of view.
+    pub vertical_fov: Quantity,
+    /// Samples a pixel side.
+    pub supersampling: Count,
+    /// Pixels a side of the map of the sun's shadow.
+    pub sun_map: Count,
+    /// Pixels a side of the maps of the sky's light.
+    pub sky_map: Count,
 }
 
 impl Scales {

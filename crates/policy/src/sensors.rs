@@ -1,7 +1,7 @@
 //! Observations: the robot's sensors as arrays.
 
 use orchard_geometry::DepthImage;
-use orchard_robot::{BaseJoint, Observation, RobotModel};
+use orchard_robot::{BaseJoint, Observation, Pictures, RobotModel};
 
 use crate::interface::{Element, Field};
 use crate::spaces::{Spaces, Target};
@@ -25,16 +25,6 @@ pub struct DepthReading<'a> {
     pub time: f64,
 }
 
-/// Colour pictures with the time at which they were taken.
-pub struct PixelReading<'a> {
-    /// Picture of the wrist camera: rows of pixels, each red, green and blue (sRGB).
-    pub wrist: &'a [u8],
-    /// Picture of the fixed camera.
-    pub base: &'a [u8],
-    /// The time, on the clock of the observation \[s\].
-    pub time: f64,
-}
-
 /// Readings from which an observation is made.
 pub struct Reading<'a> {
     /// The robot's sensors.
@@ -42,7 +32,7 @@ pub struct Reading<'a> {
     /// The latest image that the camera delivered; none before the first.
     pub depth: Option<DepthReading<'a>>,
     /// The latest pictures; none before the first.
-    pub pixels: Option<PixelReading<'a>>,
+    pub pictures: Option<&'a Pictures>,
     /// Target as it is told: centre (odom) and radius of a fruit \[m\]; a point (odom) \[m\] and a heading \[rad\].
     pub target: Option<[f64; 4]>,
     /// The task in words; without them it is [`Target::sentence`].
@@ -124,13 +114,13 @@ impl Sensors {
             let wrist = Field::picture("pixels_wrist", shape, "picture of the camera on the hand");
             let none = black.clone();
             sensors.add(wrist, move |reading| {
-                Values::U8(reading.pixels.as_ref().map_or_else(|| none.clone(), |seen| seen.wrist.to_vec()))
+                Values::U8(reading.pictures.map_or_else(|| none.clone(), |seen| seen.wrist.clone()))
             });
             let base = Field::picture("pixels_base", shape, "picture of the fixed camera on the base");
             sensors.add(base, move |reading| {
-                Values::U8(reading.pixels.as_ref().map_or_else(|| black.clone(), |seen| seen.base.to_vec()))
+                Values::U8(reading.pictures.map_or_else(|| black.clone(), |seen| seen.base.clone()))
             });
-            sensors.add_times("pixels_time", |reading| reading.pixels.as_ref().map(|seen| seen.time));
+            sensors.add_times("pixels_time", |reading| reading.pictures.map(|seen| seen.time));
         }
         if spaces.description {
             let sentence = Target::sentence(spaces.target);

@@ -1,7 +1,11 @@
 //! Settings of a policy's interface: groups of observations, control, rate.
 
+use orchard_geometry::Vec3;
+use orchard_quantity::Quantity;
+use orchard_robot::{PictureRequest, RobotModel};
 use serde::{Deserialize, Serialize};
 
+use crate::rules::PixelRules;
 use crate::setting::SettingError;
 
 /// Meaning of the numbers of an action that drive the arm.
@@ -160,6 +164,32 @@ impl Spaces {
 }
 
 impl Pixels {
+    /// The pictures of a robot's cameras at a frame rate \[Hz\].
+    ///
+    /// # Errors
+    /// As [`Self::frames`].
+    pub(crate) fn request(
+        &self,
+        robot: &RobotModel,
+        rules: &PixelRules,
+        frame_rate: f64,
+    ) -> Result<PictureRequest, SettingError> {
+        let arm = robot.kinematics();
+        let p_base = |from: &[Quantity; 3]| {
+            arm.shoulder() + Vec3::new(from[0].si(), from[1].si(), from[2].si()) * arm.length()
+        };
+        Ok(PictureRequest {
+            period: self.frames(frame_rate)?,
+            size: [self.width as usize, self.height as usize],
+            p_base_eye: p_base(&rules.eye),
+            p_base_aim: p_base(&rules.aim),
+            vertical_fov: rules.vertical_fov.si(),
+            supersampling: rules.supersampling.get() as usize,
+            sun_map: rules.sun_map.get() as usize,
+            sky_map: rules.sky_map.get() as usize,
+        })
+    }
+
     /// Frames from picture to picture at a frame rate \[Hz\].
     ///
     /// # Errors

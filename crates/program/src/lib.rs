@@ -31,5 +31,5 @@ pub use program::Program;
 
 pub use orchard_perception::DetectorConfig;
 pub use orchard_picker::{AttemptEnd, Controller, ControllerKind, Event, Goal, Record, State, custom};
-pub use orchard_robot::{Command, Observation, RobotModel};
+pub use orchard_robot::{Command, Observation, PictureRequest, Pictures, RobotModel};
 pub use orchard_scenario::{Options, Scenario};

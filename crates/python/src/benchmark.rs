@@ -13,8 +13,8 @@ use orchard_tasks::harvest::command_log::CommandLog;
 use orchard_tasks::harvest::episode::EpisodeRecord;
 use orchard_tasks::harvest::interface::ControllerEvent;
 use orchardbench::{
-    Command, Controller, ControllerKind, DetectorConfig, Failure, Goal, Observation, Program, Record,
-    RobotModel,
+    Command, Controller, ControllerKind, DetectorConfig, Failure, Goal, Observation, PictureRequest, Program,
+    Record, RobotModel,
 };
 use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
@@ -32,6 +32,8 @@ struct Door {
     /// Called with the conventions (JSON) as an episode begins; returns what answers observations.
     begin: Py<PyAny>,
     spaces: Spaces,
+    /// Pictures that the policy sees.
+    pictures: Option<Arc<PictureRequest>>,
     /// True if the policy answers each frame with the command itself.
     commands: bool,
     depth_size: [usize; 2],
@@ -71,7 +73,7 @@ impl PolicyKind {
                 Encoding::new(robot, &spaces, door.depth_size, door.frame_rate).map_err(setting)?;
             let interface = serde_json::to_string(encoding.interface()).map_err(fault)?;
             let policy = Python::attach(|py| door.begin.call1(py, (interface,)))?;
-            Ok((Pilot::new(encoding, told.map(|told| told.1)), policy))
+            Ok((Pilot::new(Arc::new(encoding), told.map(|told| told.1)), policy))
         };
         let begun = begun().map_err(|e| door.fail(e)).ok();
         Box::new(PolicyController { door, begun, record: Record::default() })
@@ -85,6 +87,10 @@ impl ControllerKind for PolicyKind {
 
     fn configs(&self) -> Vec<(String, String)> {
         self.configs.clone()
+    }
+
+    fn pictures(&self) -> Option<Arc<PictureRequest>> {
+        self.door.pictures.clone()
     }
 
     fn controller(&self, robot: &RobotModel, _: &DetectorConfig) -> Box<dyn Controller> {
@@ -195,16 +201,13 @@ pub fn run_benchmark(
     scenario: Option<PathBuf>,
     options: Vec<(String, String)>,
     obs: Vec<String>,
+    pixels: (u32, u32, u32),
     control: Option<&str>,
     control_hz: u32,
     line: Vec<String>,
 ) -> PyResult<()> {
-    let mut spaces = spaces_of(&obs, control.unwrap_or("joint_delta"), control_hz).map_err(setting)?;
-    if spaces.pixels.is_some() {
-        return Err(PyValueError::new_err(
-            "obs pixels: the robots of the benchmark have a depth camera only",
-        ));
-    }
+    let mut spaces =
+        spaces_of(&obs, pixels, control.unwrap_or("joint_delta"), control_hz).map_err(setting)?;
     let scenario = resolved(py, scenario, options)?;
     let (view, frame_rate) = (scenario.spec().camera.view(), scenario.spec().sim.frame_rate.si());
     if control.is_none() {
@@ -212,10 +215,13 @@ pub fn run_benchmark(
     }
     let depth_size = [view.width.get() as usize, view.height.get() as usize];
     // Bad settings are told before anything runs.
-    Encoding::new(scenario.robot(), &spaces, depth_size, frame_rate).map_err(setting)?;
+    let encoding = Encoding::new(scenario.robot(), &spaces, depth_size, frame_rate).map_err(setting)?;
+    let pictures = encoding.pictures().cloned();
     let stop = Arc::new(AtomicBool::new(false));
     let (commands, failed) = (control.is_none(), Mutex::new(None));
-    let door = Arc::new(Door { begin, spaces, commands, depth_size, frame_rate, stop: stop.clone(), failed });
+    let stopped = stop.clone();
+    let door = Door { begin, spaces, pictures, commands, depth_size, frame_rate, stop: stopped, failed };
+    let door = Arc::new(door);
     let kind = PolicyKind { name, configs, door: door.clone() };
     let program = Program::new().with(kind).stopped_by(stop);
     let run = thread::Builder::new().stack_size(STACK).spawn(move || {

@@ -27,11 +27,19 @@ pub struct Core {
     process: u32,
 }
 
-/// The spaces of names.
-pub fn spaces_of(obs: &[String], control: &str, control_hz: u32) -> Result<Spaces, SettingError> {
+/// The spaces of names; `pixels` are height, width and rate of pictures, if they are observed.
+pub fn spaces_of(
+    obs: &[String],
+    pixels: (u32, u32, u32),
+    control: &str,
+    control_hz: u32,
+) -> Result<Spaces, SettingError> {
     let groups: Vec<&str> = obs.iter().map(String::as_str).collect();
     let control = Control::named(control)?;
-    Ok(Spaces { control, control_hz, ..Spaces::default().observing(&groups)? })
+    let spaces = Spaces::default().observing(&groups)?;
+    let (height, width, hz) = pixels;
+    let pixels = spaces.pixels.map(|_| Pixels { height, width, hz });
+    Ok(Spaces { pixels, control, control_hz, ..spaces })
 }
 
 /// The scenario of a file and of options over it.
@@ -67,10 +75,8 @@ impl Core {
     ) -> PyResult<Self> {
         let settings = || -> Result<Settings, EnvError> {
             let settings = Settings::of(Task::named(task)?).rewarding(reward)?;
-            let spaces = spaces_of(&obs, control, control_hz)?;
-            let (height, width, hz) = pixels;
-            let pixels = spaces.pixels.map(|_| Pixels { height, width, hz });
-            Ok(Settings { spaces: Spaces { pixels, ..spaces }, privileged, ..settings })
+            let spaces = spaces_of(&obs, pixels, control, control_hz)?;
+            Ok(Settings { spaces, privileged, ..settings })
         };
         let settings = settings().map_err(exception)?;
         let scenario = resolved(py, scenario, options)?;

@@ -206,6 +206,7 @@ fn harvest() -> Summary {
         seed_set: tuning(),
         seeds: Protocol::paper().tuning_seeds,
         quarantined: 0,
+        gave_up: BTreeMap::new(),
         conditions,
         sweeps,
     }
@@ -349,6 +350,7 @@ fn component(task: &str) -> ComponentSummary {
         }],
         outcomes: [("success".to_owned(), 3), ("time_over".to_owned(), 1)].into(),
         failures: [("grasp_stalled".to_owned(), 1)].into(),
+        gave_up: BTreeMap::new(),
         metrics: component_metrics::<ReachAndGrasp>()
             .iter()
             .map(|m| (m.info.name.to_owned(), metric(0.75, 0.2, 4)))

@@ -1,8 +1,10 @@
 //! Observations and commands of a controller. Neither can carry a pose or a label of the world.
 
 use crate::joint_values::JointValues;
+use crate::pictures::Pictures;
 use orchard_geometry::{DepthImage, Intrinsics, Pose, Rotation, Vec3};
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// Joint sensors, wheel odometry and the depth camera at one control frame.
 #[derive(Debug, Clone)]
@@ -33,6 +35,8 @@ pub struct Observation {
     pub depth_time: f64,
     /// Intrinsics of the depth image.
     pub intrinsics: Intrinsics,
+    /// Colour pictures, in frames in which they are taken, if the controller asks for them.
+    pub pictures: Option<Arc<Pictures>>,
 }
 
 impl Observation {

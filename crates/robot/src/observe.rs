@@ -43,5 +43,6 @@ pub fn observe(
         depth: None,
         depth_time: time,
         intrinsics,
+        pictures: None,
     }
 }

@@ -128,19 +128,22 @@ impl Scenario {
     }
 
     /// Builds the world with an index of a seed, at rest, with the robot at the start pose of a repeat. With a digitised tree every world
-    /// has that tree; seed and index determine its fruit and, if the file has none, its leaves.
+    /// has that tree; seed and index determine its fruit and, if the file has none, its leaves. Its observations have the colour pictures that
+    /// the controllers ask for.
     ///
     /// # Errors
     /// The world cannot be built.
     pub fn world(&self, seed: u64, world: u32, repeat: u32) -> Result<World, WorldError> {
         let (spec, robot) = (self.spec.clone(), self.robot.clone());
-        match &self.tree {
-            None => World::of_repeat(spec, robot, seed, world, repeat),
+        let mut built = match &self.tree {
+            None => World::of_repeat(spec, robot, seed, world, repeat)?,
             Some(tree) => {
                 let skeleton = tree.skeleton(&spec, seed, world);
-                World::with_tree(spec, robot, skeleton, seed, world, repeat)
+                World::with_tree(spec, robot, skeleton, seed, world, repeat)?
             }
-        }
+        };
+        built.deliver_pictures(self.controller.pictures());
+        Ok(built)
     }
 
     /// Tree, fruit, colours and constants of the world with an index of a seed, without a model.

@@ -13,6 +13,7 @@ mod ground;
 pub mod groups;
 mod identity;
 mod load;
+mod pictures;
 mod planting;
 mod reach;
 mod scene;

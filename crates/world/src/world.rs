@@ -13,7 +13,7 @@ use orchard_camera::{ImageKey, Sensor};
 use orchard_fruit::{FruitLives, FruitSet};
 use orchard_geometry::{HeightField, Pose};
 use orchard_multibody::{Data, Model, StepReport, accept_overlaps, equilibrium};
-use orchard_robot::{Command, Observation, RobotHandle, RobotModel, observe};
+use orchard_robot::{Command, Observation, PictureRequest, RobotHandle, RobotModel, observe};
 use orchard_spec::Spec;
 use orchard_treegen::Skeleton;
 use orchard_treephys::{Rupture, TreeBody};
@@ -41,6 +41,8 @@ pub struct World {
     pub(crate) shutter: Shutter,
     pub(crate) start: Arc<Data>,
     pub(crate) state: State,
+    /// Pictures that observations deliver.
+    pub(crate) pictures: Option<Arc<PictureRequest>>,
 }
 
 impl World {
@@ -148,6 +150,7 @@ impl World {
             shutter,
             start: Arc::new(data),
             state,
+            pictures: None,
         })
     }
 
@@ -163,7 +166,8 @@ impl World {
         let Start { seed, world, episode } = self.identity.start;
         let next = episode.wrapping_add(1);
         let start = Start { seed, world, episode: next };
-        Self::grow(self.config.clone(), self.robot.clone(), start, self.repeat).map(Some)
+        let next = Self::grow(self.config.clone(), self.robot.clone(), start, self.repeat)?;
+        Ok(Some(Self { pictures: self.pictures.clone(), ..next }))
     }
 
     /// Brings the world back to the start of its episode.
@@ -197,7 +201,8 @@ impl World {
     }
 
     /// Returns the robot's observation, with a depth image on the frames in which the camera delivers one. It shows the moment
-    /// [`Observation::depth_time`], the camera's latency ago. The image is the latest one from now on ([`Self::camera_truth`]).
+    /// [`Observation::depth_time`], the camera's latency ago. The image is the latest one from now on ([`Self::camera_truth`]). Colour pictures
+    /// are there in the frames of [`Self::deliver_pictures`].
     pub fn observe(&mut self) -> Observation {
         let delivered = self.delivered();
         if let Some(truth) = &delivered {
@@ -217,13 +222,15 @@ impl World {
     }
 
     fn observation(&self, image: Option<&CameraTruth>) -> Observation {
-        let sensed = self.sense();
+        let due = self.pictures.as_ref().filter(|request| request.is_due(self.state.frame));
+        let pictures = due.map(|request| Arc::new(self.take_pictures(request)));
+        let sensed = Observation { pictures, ..self.sense() };
         let Some(truth) = image else { return sensed };
         let depth_time = f64::from(truth.frame) * self.spec.sim.frame();
         Observation { depth: Some(truth.capture.measured.clone()), depth_time, ..sensed }
     }
 
-    /// Returns the observation of [`Self::observe`] without the depth image, which is not drawn.
+    /// Returns the observation of [`Self::observe`] without depth image and pictures, which are not drawn.
     pub fn sense(&self) -> Observation {
         let (now, intrinsics) = (self.state.frame, *self.sensor.intrinsics());
         let time = f64::from(now) * self.spec.sim.frame();

@@ -172,6 +172,7 @@ impl FakeWorld {
             depth,
             depth_time,
             intrinsics,
+            pictures: None,
         }
     }
 

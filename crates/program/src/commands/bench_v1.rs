@@ -217,6 +217,13 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     tasks.iter().try_for_each(|task| task.run(&session))
 }
 
+/// Says in how many episodes the controller gave up.
+fn tell_faults(gave_up: &BTreeMap<String, u32>) {
+    if !gave_up.is_empty() {
+        say!("THE CONTROLLER GAVE UP and held still to the end, in episodes by reason: {}", counts(gave_up));
+    }
+}
+
 /// Lists names with their counts.
 fn counts(counts: &BTreeMap<String, u32>) -> String {
     let list: Vec<String> = counts.iter().map(|(name, n)| format!("{name} {n}")).collect();

@@ -93,6 +93,7 @@ enum Command {
 enum TaskName {
     Harvest,
     Reach,
+    Gentle,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -134,6 +135,7 @@ fn plan(args: &Args, episodes: u32, program: &Program) -> Result<Plan, Failure> 
     let task = match args.task {
         TaskName::Harvest => Task::Harvest,
         TaskName::Reach => Task::Reach,
+        TaskName::Gentle => Task::Gentle,
     };
     let settings = Settings::of(task);
     let groups: Vec<&str> = args.obs.iter().map(String::as_str).collect();

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orchardbench import _native
-from orchardbench._settings import OPTIONS, checked_actions, whole
+from orchardbench._settings import OPTIONS, checked_actions, checked_pixels, groups, path, whole
 
 Observation = dict[str, NDArray[Any]]
 
@@ -49,6 +49,8 @@ def run_benchmark(
     repeats: int | None = None,
     horizon: float | None = None,
     obs: str | Sequence[str] = ("state",),
+    pixels_size: int | Sequence[int] = 128,
+    pixels_hz: int | None = None,
     control: str = "joint_delta",
     control_hz: int = 10,
     threads: int = 1,
@@ -98,9 +100,10 @@ def run_benchmark(
         begin,
         name,
         list((configs or {"version": version}).items()),
-        None if scenario is None else fspath(scenario),
+        path("scenario", scenario),
         list(given.items()),
-        [obs] if isinstance(obs, str) else list(obs),
+        groups(obs),
+        checked_pixels(pixels_size, control_hz if pixels_hz is None else pixels_hz),
         None if control == "command" else control,
         whole("control_hz", control_hz, 2**32),
         line,

@@ -18,6 +18,7 @@ def run_benchmark(
     scenario: str | PathLike[str] | None,
     options: list[tuple[str, str]],
     obs: list[str],
+    pixels: tuple[int, int, int],
     control: str | None,
     control_hz: int,
     line: list[str],

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import string
 from collections.abc import Sequence
-from os import PathLike
+from os import PathLike, fspath
 from typing import Any, TypedDict, cast
 
 import numpy as np
@@ -62,27 +62,51 @@ def make_core(task: str, num_envs: int, threads: int, settings: Settings) -> Cor
     if unknown:
         known = ", ".join(Settings.__annotations__)
         raise TypeError(f"unknown setting {', '.join(sorted(unknown))}; the settings are {known}")
-    obs = settings.get("obs", ("state",))
-    if isinstance(obs, str):
-        obs = (obs,)
-    size = settings.get("pixels_size", 128)
-    height, width = size if isinstance(size, (tuple, list)) and len(size) == 2 else (size, size)
     control_hz = whole("control_hz", settings.get("control_hz", 10), 2**32)
-    hz = whole("pixels_hz", settings.get("pixels_hz", control_hz), 2**32)
+    pixels = checked_pixels(settings.get("pixels_size", 128), settings.get("pixels_hz", control_hz))
     options = [(name, str(value)) for name in OPTIONS if (value := settings.get(name)) is not None]
     return Core(
         task,
-        settings.get("scenario"),
+        path("scenario", settings.get("scenario")),
         options,
-        list(obs),
-        (whole("pixels_size", height, 2**32), whole("pixels_size", width, 2**32), hz),
-        settings.get("control", "joint_delta"),
+        groups(settings.get("obs", ("state",))),
+        pixels,
+        text("control", settings.get("control", "joint_delta")),
         control_hz,
-        settings.get("reward", "shaped"),
+        text("reward", settings.get("reward", "shaped")),
         bool(settings.get("privileged", False)),
         (whole("world", settings.get("world", 0), 2**32), whole("num_envs", num_envs, 2**32)),
         whole("threads", threads, 2**16),
     )
+
+
+def text(name: str, value: object) -> str:
+    """The value, if it is text."""
+    if not isinstance(value, str):
+        raise TypeError(f"{name} must be text, not {value!r}")
+    return value
+
+
+def path(name: str, value: object) -> str | None:
+    """The value, if it is the path of a file or none."""
+    if value is not None and not isinstance(value, (str, PathLike)):
+        raise TypeError(f"{name} must be the path of a file, not {value!r}")
+    return None if value is None else fspath(value)
+
+
+def groups(obs: object) -> list[str]:
+    """The groups of observations of a list of names, or of one name."""
+    if isinstance(obs, str):
+        return [obs]
+    if not isinstance(obs, Sequence):
+        raise TypeError(f"obs must be a list of names, not {obs!r}")
+    return [text("obs", name) for name in obs]
+
+
+def checked_pixels(size: object, hz: object) -> tuple[int, int, int]:
+    """Rows, columns and rate of pictures."""
+    height, width = size if isinstance(size, (tuple, list)) and len(size) == 2 else (size, size)
+    return whole("pixels_size", height, 2**32), whole("pixels_size", width, 2**32), whole("pixels_hz", hz, 2**32)
 
 
 def whole(name: str, value: object, end: int) -> int:
@@ -130,4 +154,6 @@ def checked_actions(actions: object, shape: tuple[int, ...]) -> NDArray[np.float
         raise TypeError(f"actions must be floating-point numbers, not {array.dtype}")
     if array.shape != shape:
         raise ValueError(f"actions have the shape {array.shape}, but {shape} is needed")
-    return np.ascontiguousarray(array, dtype=np.float32)
+    # What is too large becomes infinite, and the environment refuses that.
+    with np.errstate(over="ignore"):
+        return np.ascontiguousarray(array, dtype=np.float32)

@@ -38,9 +38,9 @@ class OrchardVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any]
     ) -> None:
         if render_mode is not None:
             raise ValueError(f"render_mode {render_mode}: the environment has none; `orchard render` draws a world")
-        self._mode, self._copy = AutoresetMode(autoreset_mode), copy
+        self.autoreset_mode, self._copy = _mode(autoreset_mode), copy
         self._core: Core | None = make_core(task, num_envs, threads, settings)
-        self.metadata = {"render_modes": [], "autoreset_mode": self._mode}
+        self.metadata = {"render_modes": [], "autoreset_mode": self.autoreset_mode}
         self.num_envs = num_envs
         self.interface = interface_of(self._core)
         """All conventions: units, signs and ranges of actions, observations and rewards."""
@@ -73,11 +73,15 @@ class OrchardVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any]
     def _seeds(self, seed: int | Sequence[int | None] | None) -> list[int | None]:
         if seed is None or isinstance(seed, (int, np.integer)):
             seed = [seed] * self.num_envs
+        if not isinstance(seed, Sequence):
+            raise TypeError(f"seed must be a whole number or a list of them, not {seed!r}")
         if len(seed) != self.num_envs:
             raise ValueError(f"{len(seed)} seeds for {self.num_envs} environments")
         return [None if one is None else whole("seed", one, 2**64) for one in seed]
 
     def _mask(self, options: dict[str, Any] | None) -> Mask:
+        if not isinstance(options, (dict, type(None))):
+            raise TypeError(f"options must be a dictionary, not {options!r}")
         options = dict(options or {})
         mask = options.pop("reset_mask", None)
         if options:
@@ -129,7 +133,7 @@ class OrchardVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any]
     ) -> tuple[Observations, dict[str, Any], dict[str, Any]]:
         """Takes a step; returns observations, reports of the step, and info. ``observe`` reads observations, again if they change within it."""
         array = checked_actions(actions, (self.num_envs, len(self.interface["action"])))
-        resets = self._ended if self._mode == AutoresetMode.NEXT_STEP else np.zeros_like(self._ended)
+        resets = self._ended if self.autoreset_mode == AutoresetMode.NEXT_STEP else np.zeros_like(self._ended)
         core.step(array, ~resets)
         if resets.any():
             core.reset([None] * self.num_envs, resets)
@@ -137,7 +141,7 @@ class OrchardVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any]
         ended = reports["terminated"] | reports["truncated"]
         every = np.ones(self.num_envs, dtype=np.bool_)
         self._ended = ended
-        if self._mode != AutoresetMode.SAME_STEP or not ended.any():
+        if self.autoreset_mode != AutoresetMode.SAME_STEP or not ended.any():
             return observations, reports, self._info(reports, every)
         final = np.full(self.num_envs, None, dtype=object)
         for k in np.flatnonzero(ended):
@@ -154,7 +158,7 @@ class OrchardVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any]
 
     def _info(self, reports: dict[str, Any], mask: Mask) -> dict[str, Any]:
         kept = ("is_success", "cost", "outcome", "reward_terms", "statistics", "seed", "world")
-        return masked({key: reports[key] for key in kept}, mask)
+        return masked({key: reports[key] for key in kept}, mask.copy())
 
     def write_spec(self, file: str | PathLike[str]) -> None:
         """Writes :attr:`interface` into a JSON file, such as ``spec.json``."""
@@ -176,8 +180,15 @@ class OrchardVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any]
         self._core = None
 
 
+def _mode(mode: object) -> AutoresetMode:
+    names = [known.value for known in AutoresetMode]
+    if not isinstance(mode, AutoresetMode) and mode not in names:
+        raise ValueError(f"autoreset_mode {mode!r}: unknown; it is one of {', '.join(names)}")
+    return AutoresetMode(mode)
+
+
 def masked(values: dict[str, Any], mask: Mask) -> dict[str, Any]:
-    """Values in Gymnasium's form: beside each array a mask of the environments that it speaks of."""
+    """Values in Gymnasium's form: beside each array the mask of the environments that it speaks of, one array for all."""
     info: dict[str, Any] = {}
     for key, value in values.items():
         if isinstance(value, dict):
@@ -186,5 +197,5 @@ def masked(values: dict[str, Any], mask: Mask) -> dict[str, Any]:
             info[key] = np.array(value, dtype=object)
         else:
             info[key] = value
-        info[f"_{key}"] = mask.copy()
+        info[f"_{key}"] = mask
     return info

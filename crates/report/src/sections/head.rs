@@ -35,6 +35,15 @@ pub(crate) fn warnings(results: &Results, protocol: &Protocol) -> Vec<Markup> {
             });
         }
     }
+    let of_harvest = results.harvest.iter().map(|harvest| ("harvest", &harvest.gave_up));
+    let of_components = results.components.iter().map(|task| (&*task.run.task, &task.gave_up));
+    for (task, reasons) in of_harvest.chain(of_components).filter(|(_, reasons)| !reasons.is_empty()) {
+        let reasons = reasons.iter().map(|(reason, n)| format!("{reason} {n}")).collect::<Vec<_>>();
+        warnings.push(html! {
+            strong { (task) ": the controller gave up." }
+            " It held the robot still for the rest of these episodes, which count: " (reasons.join(", ")) "."
+        });
+    }
     for (label, tasks) in seed_sets(results) {
         warnings.extend(of_seeds(&label, &tasks));
     }

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::component::plan::ComponentKey;
 use crate::component::task::Component;
+use crate::harvest::interface::GaveUp;
 
 /// One tree: all of its trials.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -72,6 +73,9 @@ pub struct TrialRecord<T> {
     pub attempts: u32,
     /// Failure reasons of its attempts, in order.
     pub failures: Vec<String>,
+    /// When and why the controller gave up; left out if it did not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gave_up: Option<GaveUp>,
 }
 
 impl<T> TrialRecord<T> {

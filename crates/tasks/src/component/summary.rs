@@ -33,6 +33,9 @@ pub struct ComponentSummary {
     pub outcomes: BTreeMap<String, u32>,
     /// Number of failed attempts by reason.
     pub failures: BTreeMap<String, u32>,
+    /// Number of trials in which the controller gave up, by reason; left out where it never did.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub gave_up: BTreeMap<String, u32>,
     /// Estimates by name.
     pub metrics: BTreeMap<String, Metric>,
 }
@@ -60,11 +63,14 @@ impl ComponentSummary {
         let of_seed = |seed: &u64| (0..trees.len()).filter(|&i| trees[i].key.seed == *seed).collect();
         let groups: Vec<Vec<usize>> = plan.seeds.iter().map(of_seed).collect();
         let resamples = Resamples::draw(&groups, &plan.protocol.bootstrap);
-        let (mut outcomes, mut failures) = (BTreeMap::new(), BTreeMap::new());
+        let (mut outcomes, mut failures, mut gave_up) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
         for trial in trees.iter().flat_map(|tree| &tree.trials) {
             *outcomes.entry(status(&trial.ended).to_owned()).or_insert(0) += 1;
             for failure in &trial.failures {
                 *failures.entry(failure.clone()).or_insert(0) += 1;
+            }
+            if let Some(told) = &trial.gave_up {
+                *gave_up.entry(told.fault.clone()).or_insert(0) += 1;
             }
         }
         Self {
@@ -76,6 +82,7 @@ impl ComponentSummary {
             trees: trees.iter().map(line).collect(),
             outcomes,
             failures,
+            gave_up,
             metrics: estimate(&metrics::<C>(), trees, &resamples),
         }
     }

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use crate::component::record::{TrialOutcome, TrialRecord};
 use crate::component::rules::ComponentRules;
 use crate::component::task::Component;
+use crate::harvest::interface::GaveUp;
 use crate::protocol::Protocol;
 use crate::stall::StallWatch;
 
@@ -133,14 +134,25 @@ pub(super) fn run_trial<C: Component>(
         fruit_knocked_off: watch.knocked_off,
         attempts: events.iter().filter(|e| matches!(e, Event::AttemptStarted { .. })).count() as u32,
         failures: events.iter().filter_map(failure).collect(),
+        gave_up: events.iter().find_map(gave_up),
     })
+}
+
+fn gave_up(event: &Event) -> Option<GaveUp> {
+    match *event {
+        Event::GaveUp { time, fault } => Some(GaveUp { time, fault: name(&fault)? }),
+        _ => None,
+    }
 }
 
 fn failure(event: &Event) -> Option<String> {
     match event {
-        Event::AttemptEnded { end: AttemptEnd::Failed(reason), .. } => {
-            serde_json::to_value(reason).ok().and_then(|value| value.as_str().map(str::to_owned))
-        }
+        Event::AttemptEnded { end: AttemptEnd::Failed(reason), .. } => name(reason),
         _ => None,
     }
+}
+
+/// The serialised name of a reason.
+fn name(reason: &impl Serialize) -> Option<String> {
+    serde_json::to_value(reason).ok()?.as_str().map(str::to_owned)
 }

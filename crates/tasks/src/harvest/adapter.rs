@@ -140,6 +140,7 @@ fn logged(event: &Event) -> ControllerEvent {
         Event::AttemptEnded { end: AttemptEnd::Failed(reason), .. } => {
             ControllerEvent::AttemptEnded { failure: Some(name(reason)) }
         }
+        Event::GaveUp { fault, .. } => ControllerEvent::GaveUp { fault: name(fault) },
         Event::Grasped { width, .. } => ControllerEvent::Grasped { width: *width },
         Event::Yielded { force, .. } => ControllerEvent::Yielded { force: *force },
         Event::StemGaveWay { pull, .. } => ControllerEvent::StemGaveWay { pull: *pull },
@@ -177,6 +178,7 @@ impl ControllerEvent {
                 let end = reason.map_or(AttemptEnd::Deposited, AttemptEnd::Failed);
                 Event::AttemptEnded { time, id: attempt()?, end }
             }
+            Self::GaveUp { fault } => Event::GaveUp { time, fault: named("fault", fault)? },
             Self::Grasped { width } => Event::Grasped { time, id: attempt()?, width: *width },
             Self::Yielded { force } => Event::Yielded { time, id: attempt()?, force: *force },
             Self::StemGaveWay { pull } => Event::StemGaveWay { time, id: attempt()?, pull: *pull },
@@ -225,6 +227,7 @@ mod tests {
             ControllerEvent::AttemptEnded { failure: None },
             ControllerEvent::AttemptStarted { p_odom_target: -p, radius: 0.03 },
             ControllerEvent::AttemptEnded { failure: Some("slipped".into()) },
+            ControllerEvent::GaveUp { fault: "no_action".into() },
         ];
         let mut record = Record::default();
         for event in &events {

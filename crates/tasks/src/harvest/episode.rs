@@ -7,6 +7,7 @@ use orchard_scenario::Names;
 use orchard_world::Release;
 use serde::{Deserialize, Serialize};
 
+use crate::harvest::interface::GaveUp;
 use crate::zones::{Zone, ZoneFrame, ZoneTable};
 
 /// Key of an episode: all inputs that determine it. A stored episode is reused only if all of them are equal.
@@ -394,6 +395,9 @@ pub struct EpisodeRecord {
     pub detection: DetectionTally,
     /// Largest stem force of the episode \[N\]; null if it was not finite.
     pub max_stem_pull_n: Option<f64>,
+    /// When and why the controller gave up; left out if it did not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gave_up: Option<GaveUp>,
     /// SHA-256, hexadecimal, of what moved the robot and what the controller logged: of the command log before compression, whether a log
     /// was written or not. Null for a world that could not be built.
     pub commands_sha256: Option<String>,

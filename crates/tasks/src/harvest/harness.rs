@@ -14,7 +14,9 @@ use crate::harvest::episode::{
     FruitState, Outcome, SnapEvent, Yielding,
 };
 use crate::harvest::hold::HoldWatch;
-use crate::harvest::interface::{BenchController, BenchWorld, ControllerEvent, FruitTruth, VisibleFruit};
+use crate::harvest::interface::{
+    BenchController, BenchWorld, ControllerEvent, FruitTruth, GaveUp, VisibleFruit,
+};
 use crate::harvest::observe::{FrameInput, NoObserver, Observer};
 use crate::harvest::reason::ABANDONED;
 use crate::json::{array, finite};
@@ -138,6 +140,7 @@ pub fn never_started(key: EpisodeKey, reason: String) -> EpisodeRecord {
         seals_lost: Vec::new(),
         detection: DetectionTally::default(),
         max_stem_pull_n: None,
+        gave_up: None,
         commands_sha256: None,
     }
 }
@@ -165,6 +168,7 @@ struct EpisodeLog {
     deposits: Vec<DepositEvent>,
     detection: DetectionTally,
     max_stem_pull: f64,
+    gave_up: Option<GaveUp>,
 }
 
 impl EpisodeLog {
@@ -197,6 +201,7 @@ impl EpisodeLog {
             deposits: Vec::new(),
             detection: DetectionTally::default(),
             max_stem_pull: 0.0,
+            gave_up: None,
         }
     }
 
@@ -239,6 +244,10 @@ impl EpisodeLog {
                     }
                 }
                 ControllerEvent::AttemptEnded { failure } => self.end_attempt(failure),
+                ControllerEvent::GaveUp { fault } => {
+                    let time = self.time();
+                    self.gave_up.get_or_insert(GaveUp { time, fault });
+                }
                 ControllerEvent::Detected { p_odom, .. } => {
                     self.tally(&p_odom, &world.fruit(), &world.visible_fruit());
                 }
@@ -444,6 +453,7 @@ impl EpisodeLog {
             seals_lost: self.history.seals_lost,
             detection: self.detection,
             max_stem_pull_n: finite(self.max_stem_pull),
+            gave_up: self.gave_up,
             commands_sha256: None,
         }
     }

@@ -81,6 +81,15 @@ pub trait BenchController {
     fn drain_log(&mut self) -> Vec<ControllerEvent>;
 }
 
+/// When and why a controller gave up.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct GaveUp {
+    /// Time \[s\].
+    pub time: f64,
+    /// Reason.
+    pub fault: String,
+}
+
 /// Event in the log of a controller.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum ControllerEvent {
@@ -115,6 +124,11 @@ pub enum ControllerEvent {
     AttemptEnded {
         /// Reason why the attempt failed; `None` if the controller reports that the fruit was placed.
         failure: Option<String>,
+    },
+    /// The controller gives no commands any more, and the robot holds still from now on.
+    GaveUp {
+        /// Reason, by the name of [`orchard_picker::Fault`].
+        fault: String,
     },
     /// The controller evaluated the observation's depth image.
     Detected {

@@ -47,6 +47,9 @@ pub struct Summary {
     pub seeds: Vec<u64>,
     /// Number of quarantined worlds of all conditions; they count as zero harvest.
     pub quarantined: u32,
+    /// Number of episodes in which the controller gave up, by reason; left out where it never did.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub gave_up: BTreeMap<String, u32>,
     /// Results by condition.
     pub conditions: BTreeMap<String, ConditionSummary>,
     /// Conditions along a dial, by sweep.
@@ -161,6 +164,7 @@ impl Summary {
             seed_set: plan.seed_set.clone(),
             seeds: plan.seeds.clone(),
             quarantined: episodes.iter().filter(|e| e.quarantined()).count() as u32,
+            gave_up: count(episodes.iter().filter_map(|e| Some(e.gave_up.as_ref()?.fault.clone()))),
             conditions: plan.conditions.iter().map(of).collect(),
             sweeps: sweeps::sweeps(plan, episodes),
         }

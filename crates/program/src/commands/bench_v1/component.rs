@@ -8,8 +8,8 @@ use orchard_tasks::component::{
 use orchard_tasks::plan_file::TreeExtent;
 
 use super::bar::RecordProgress;
-use super::counts;
 use super::task::PresentedTask;
+use super::{counts, tell_faults};
 use crate::failure::Failure;
 use crate::headline::fine_table;
 
@@ -68,6 +68,7 @@ impl<C: Component> PresentedTask for ComponentJob<C> {
 fn report<C: Component>(summary: &ComponentSummary, trees: u32) {
     let (task, controller) = (&summary.run.task, &summary.run.scenario.controller);
     say!("task {task}, controller {controller}; seeds {:?} x {trees} trees", summary.seeds);
+    tell_faults(&summary.gave_up);
     let definitions = metrics::<C>();
     let order = definitions.iter().map(|definition| (definition.info.name, definition.info.unit));
     say!("{}", fine_table(order, &summary.metrics).trim_end());

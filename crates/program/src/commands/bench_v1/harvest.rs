@@ -12,8 +12,8 @@ use orchard_tasks::harvest::summary::Summary;
 use orchard_tasks::harvest::{Extent, Harvest};
 
 use super::bar::RecordProgress;
-use super::counts;
 use super::task::PresentedTask;
+use super::{counts, tell_faults};
 use crate::failure::Failure;
 use crate::headline;
 
@@ -114,6 +114,7 @@ fn report(summary: &Summary, plan: &Plan) {
         say!("QUARANTINED: {} worlds became implausible; they count as zero harvest", summary.quarantined);
     }
     say!("task harvest, controller {}; seeds {:?}", summary.controller, summary.seeds);
+    tell_faults(&summary.gave_up);
     for condition in &plan.conditions {
         let (params, dials) = (&condition.params, &condition.params.dials);
         let ends = summary.conditions.get(&condition.name).map(|of| counts(&of.outcomes));

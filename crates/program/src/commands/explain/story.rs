@@ -14,6 +14,14 @@ pub fn head(record: &EpisodeRecord) -> String {
         Outcome::Quarantined { reason } => format!("the world was quarantined: {reason}"),
     };
     let repeat = if key.repeat > 0 { format!(", repeat {}", key.repeat) } else { String::new() };
+    let ended = match &record.gave_up {
+        None => ended,
+        Some(told) => format!(
+            "{ended}; the controller GAVE UP at {:.1} s and held the robot still: {}",
+            told.time,
+            words(&told.fault)
+        ),
+    };
     format!(
         "{} on tree {} of seed {}{repeat}, {}, {:.1} s: {ended}\n\
          {} fruit, {} reachable; {} declared attempts, {} placed; {} contact attempts, {} placed; {} deposited, {} dropped, {} knocked off; {} branches snapped",
