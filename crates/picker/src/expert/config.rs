@@ -71,10 +71,6 @@ section! {
         wood_share: Quantity,
         /// Time for which the lower pull must last.
         wood_time: Quantity,
-        /// Pull from which the stem is taut, so that the hand withdraws at `taut_speed`.
-        taut_pull: Quantity,
-        /// Speed of the hand at a taut stem.
-        taut_speed: Quantity,
         /// Least weight on the hand that counts as a fruit.
         weight_min: Quantity,
         /// Time after the end of a pull until the pull is judged.

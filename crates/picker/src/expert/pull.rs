@@ -53,9 +53,6 @@ impl ExpertPicker {
         pull.weight += (force.z - pull.weight) * weight;
         pull.peak = pull.peak.max(pull.tension);
         pull.travelled = self.core.motion.travelled().unwrap_or(pull.travelled);
-        let taut = pull.tension > feel.taut_pull.si();
-        let speed = if taut { feel.taut_speed.si() } else { self.core.config.arm.withdraw_speed.si() };
-        self.core.motion.set_line_speed(speed);
         let slack = pull.tension < c.tension_low.si();
         let was_taut = pull.peak > c.tension_high.si();
         let sags = was_taut && !slack && pull.tension < feel.wood_share.si() * pull.peak;
