@@ -81,8 +81,8 @@ impl Plan {
             return Err(DemosError::TooMany { episodes, seeds: seeds.len(), most });
         }
         let protocol = Protocol::of_scenario(&scenario)?;
-        let official = protocol.v1_seeds();
-        if let Some(seed) = seeds.iter().find(|seed| official.contains(seed)) {
+        let held_out = Protocol::field().held_out_seeds();
+        if let Some(seed) = seeds.iter().find(|seed| held_out.contains(seed)) {
             return Err(DemosError::Official(*seed));
         }
         if settings.task.target().is_some() && !scenario.controller_kind().takes_goals() {

@@ -17,7 +17,7 @@ use orchard_tasks::harvest::plan::Plan;
 use orchard_tasks::harvest::replays::Replays;
 use orchard_tasks::harvest::summary::Summary;
 use orchard_tasks::harvest::{Episodes, WorldFactory, census, never_started};
-use orchard_tasks::seeds::{SeedSetLabel, SeedSetName};
+use orchard_tasks::seeds::SeedSetLabel;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -321,11 +321,7 @@ fn version(what: &'static str, found: &impl Serialize, own: &impl Serialize) -> 
 
 /// A seed set in words.
 fn named(label: &SeedSetLabel) -> String {
-    let name = match label.name {
-        SeedSetName::Tuning => "tuning",
-        SeedSetName::V1 => "v1",
-        SeedSetName::Custom => "custom",
-    };
+    let name = label.name.name();
     if label.whole { name.to_owned() } else { format!("{name} (in part)") }
 }
 

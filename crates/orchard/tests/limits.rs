@@ -180,7 +180,7 @@ fn a_config_cannot_raise_a_count_by_a_range_of_its_own() {
             )
         })
         .collect();
-    let text = format!("[rules.sweeps]\nfoliage = [{}]", values.join(","));
+    let text = format!("[rules.sweeps.foliage]\nvalues = [{}]", values.join(","));
     let line = refusal(&["bench-v1", "--scenario", &file(folder.path(), "sweep.toml", &text)]);
     assert!(line.contains("sweeps.foliage: 12000 values are more than 100"), "{line}");
     let text = format!("[rules.detect]\nviews = {}", huge("views a tree"));

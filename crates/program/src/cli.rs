@@ -6,8 +6,8 @@ use std::process::ExitCode;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::commands::{
-    bench_v1, dataset, demos, detect, explain, export_tree, gallery, gpu_info, leaderboard, merge, names,
-    perf, render, replay, report, robot, scenario, validate, verify,
+    bench_field, bench_v1, dataset, demos, detect, explain, export_tree, gallery, gpu_info, leaderboard,
+    merge, names, perf, render, replay, report, robot, scenario, validate, verify,
 };
 use crate::failure::{EXIT_CODES, Failure};
 use crate::program::Program;
@@ -31,6 +31,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     BenchV1(bench_v1::Args),
+    BenchField(bench_field::Args),
     Report(report::Args),
     Explain(explain::Args),
     Replay(replay::Args),
@@ -89,6 +90,7 @@ impl Program {
     fn execute(&self, command: &Command) -> Result<(), Failure> {
         match command {
             Command::BenchV1(args) => bench_v1::run(args, self),
+            Command::BenchField(args) => bench_field::run(args, self),
             Command::Report(args) => report::run(args, self),
             Command::Explain(args) => explain::run(args, self),
             Command::Replay(args) => replay::run(args, self),

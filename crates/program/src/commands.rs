@@ -1,5 +1,6 @@
 //! The commands, one file each.
 
+pub mod bench_field;
 pub mod bench_v1;
 pub mod dataset;
 #[cfg(feature = "demos")]

@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use orchard_report::{ConditionRequirements, JudgedRequirement, judge_requirements};
 use orchard_statistics::Component;
 use orchard_statistics::Metric;
-use orchard_tasks::harvest::matrix::{NOMINAL, SweepPoint};
-use orchard_tasks::harvest::metrics::METRICS;
+use orchard_tasks::harvest::matrix::{EXHAUSTION, MatrixSweep, NOMINAL, SweepPoint};
+use orchard_tasks::harvest::metrics::{METRICS, QUANTILES, infos};
 use orchard_tasks::harvest::plan::Plan;
 use orchard_tasks::harvest::summary::{ConditionSummary, Summary};
 
@@ -19,6 +19,7 @@ const CYCLE: [&str; 5] = ["align", "reach", "grasp", "pull", "deposit"];
 pub fn report(summary: &Summary, plan: &Plan) -> String {
     let mut text = format!("controller {}\n", summary.controller);
     text += &table(summary, plan);
+    text += &singles(summary, plan);
     text += &sweeps(summary, plan);
     text += &variance(summary, plan);
     text += &requirements(summary, plan);
@@ -37,25 +38,50 @@ fn conditions<'a>(summary: &'a Summary, plan: &'a Plan) -> Vec<(&'a str, &'a Con
     plan.conditions.iter().filter_map(|condition| of(&condition.name)).collect()
 }
 
-/// Conditions with a table of their own; the others are listed in the tables of their sweeps.
+/// Conditions with all their metrics; the others are listed in the tables of their sweeps, or in that of single conditions.
 fn principal<'a>(summary: &'a Summary, plan: &'a Plan) -> Vec<(&'a str, &'a ConditionSummary)> {
     let all = conditions(summary, plan);
+    let main: Vec<_> = all.iter().copied().filter(|(name, _)| [NOMINAL, EXHAUSTION].contains(name)).collect();
+    if main.is_empty() { all } else { main }
+}
+
+/// Conditions outside sweeps, one a line, with the tested metrics and the tensions at detachment.
+fn singles(summary: &Summary, plan: &Plan) -> String {
     let of_sweep = |name: &str| {
-        name != NOMINAL && plan.sweeps.iter().any(|sweep| sweep.points.iter().any(|p| p.condition == name))
+        plan.sweeps
+            .iter()
+            .any(|sweep| sweep.reference != name && sweep.points.iter().any(|p| p.condition == name))
     };
-    let outside: Vec<_> = all.iter().copied().filter(|(name, _)| !of_sweep(name)).collect();
-    if outside.is_empty() { all } else { outside }
+    let shown: Vec<_> = conditions(summary, plan).into_iter().filter(|(name, _)| !of_sweep(name)).collect();
+    if shown.iter().all(|(name, _)| [NOMINAL, EXHAUSTION].contains(name)) {
+        return String::new();
+    }
+    let names: Vec<&str> = plan
+        .protocol
+        .tested
+        .iter()
+        .map(String::as_str)
+        .chain(QUANTILES.iter().map(|q| q.info.name))
+        .collect();
+    let mut rows = vec![row("condition", names.iter().map(|name| (*name).to_owned()))];
+    rows.extend(shown.iter().map(|(condition, of)| {
+        row(condition, names.iter().map(|name| number(of.metrics.get(*name).and_then(|found| found.mean))))
+    }));
+    format!("\nconditions outside sweeps: means\n{}\n", columns(&rows, &[0]))
 }
 
 /// Every sweep's conditions side by side.
 fn sweeps(summary: &Summary, plan: &Plan) -> String {
     let mut text = String::new();
-    for sweep in plan.sweeps.iter().filter_map(|sweep| summary.sweeps.get(&sweep.name)) {
-        text +=
-            &format!("\nsweep {} [{}]: means, and in brackets p against nominal\n", sweep.dial, sweep.unit);
+    for MatrixSweep { name, reference, .. } in &plan.sweeps {
+        let Some(sweep) = summary.sweeps.get(name) else { continue };
+        text += &format!(
+            "\nsweep {} [{}]: means, and in brackets p against {}\n",
+            sweep.dial, sweep.unit, reference
+        );
         let values = sweep.points.iter().map(|point| point.value.to_string());
         let mut rows = vec![row("metric", values)];
-        for name in &plan.protocol.sweeps.tested {
+        for name in &plan.protocol.tested {
             let cell = |point: &SweepPoint| {
                 let of = summary.conditions.get(&point.condition).and_then(|of| of.metrics.get(name));
                 let mean = number(of.and_then(|metric| metric.mean));
@@ -87,16 +113,16 @@ fn table(summary: &Summary, plan: &Plan) -> String {
     head.extend(["paper".to_owned(), "unit".to_owned()]);
     let unit_column = head.len() - 1;
     let mut rows = vec![head];
-    for definition in METRICS {
-        let mut row = vec![definition.info.name.to_owned()];
+    for info in infos() {
+        let mut row = vec![info.name.to_owned()];
         for (_, results) in &conditions {
-            row.extend(match results.metrics.get(definition.info.name) {
+            row.extend(match results.metrics.get(info.name) {
                 Some(metric) => [number(metric.mean), interval(metric), metric.n.to_string()],
                 None => ["-", "-", "-"].map(str::to_owned),
             });
         }
-        let paper = plan.protocol.published.get(definition.info.name);
-        row.extend([number(paper.map(|p| p.value)), definition.info.unit.to_owned()]);
+        let paper = plan.protocol.published.get(info.name);
+        row.extend([number(paper.map(|p| p.value)), info.unit.to_owned()]);
         rows.push(row);
     }
     columns(&rows, &[0, unit_column])

@@ -96,4 +96,6 @@ units! {
     Joule = "J", 1.0;
     /// Pixel.
     Pixel = "px", 1.0;
+    /// Number of fruit.
+    Fruit = "fruit", 1.0;
 }

@@ -20,7 +20,7 @@ use orchard_tasks::detect::{
 };
 use orchard_tasks::harvest::episode::Outcome;
 use orchard_tasks::harvest::matrix::{Dials, SweepPoint};
-use orchard_tasks::harvest::metrics::METRICS;
+use orchard_tasks::harvest::metrics::infos;
 use orchard_tasks::harvest::plan::ConditionParams;
 use orchard_tasks::harvest::summary::ScenarioLine;
 use orchard_tasks::harvest::summary::{
@@ -96,13 +96,13 @@ fn condition(number: u32, difficulty: f64, params: ConditionParams) -> Condition
         "mean_cycle_time_s" => 7.9 + difficulty,
         "branches_snapped_per_tree" => 0.1 + 0.1 * difficulty,
         "fruit_dropped_per_tree" => 0.9 + 0.4 * difficulty,
-        "max_stem_pull_n" => 41.0,
+        "max_stem_pull_n" | "detach_tension_max_n" => 41.0,
+        "detach_tension_p95_n" => 36.0,
         name if name.contains("per_tree") => 3.0,
         _ => 0.9 - 0.1 * difficulty,
     };
-    let mut metrics: BTreeMap<String, Metric> = METRICS
-        .iter()
-        .map(|m| (m.info.name.to_owned(), metric(mean(m.info.name), 0.15 * mean(m.info.name), 18)))
+    let mut metrics: BTreeMap<String, Metric> = infos()
+        .map(|info| (info.name.to_owned(), metric(mean(info.name), 0.15 * mean(info.name), 18)))
         .collect();
     metrics.insert("mean_drop_height_m".to_owned(), nothing());
     let mut zones = zone_table(ZoneSummary::default());

@@ -1,6 +1,7 @@
 //! All figures of a result.
 
 mod attempts;
+mod conditions;
 mod detect;
 mod front;
 mod populations;
@@ -22,11 +23,13 @@ use orchard_tasks::protocol::Protocol;
 
 use crate::figure::{Figure, FigureError};
 use crate::published::PaperFigures;
-use crate::results::{Results, main_condition};
+use crate::results::{Results, has_singles, main_condition};
 
 /// Figures by section of the page.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Figures {
+    /// All conditions beside each other.
+    pub conditions: Vec<Figure>,
     /// Figures of each sweep.
     pub sweeps: Vec<(String, Vec<Figure>)>,
     /// The detection task.
@@ -53,6 +56,9 @@ impl Figures {
     pub fn draw(results: &Results, protocol: &Protocol, paper: &PaperFigures) -> Result<Self, FigureError> {
         let mut figures = Self::default();
         if let Some(harvest) = &results.harvest {
+            if has_singles(harvest) {
+                figures.conditions = conditions::figures(harvest)?;
+            }
             for (name, sweep) in &harvest.sweeps {
                 figures.sweeps.push((name.clone(), sweep::figures(harvest, name, sweep, paper)?));
             }
@@ -89,6 +95,7 @@ impl Figures {
     pub fn all(&self) -> impl Iterator<Item = &Figure> {
         let sweeps = self.sweeps.iter().flat_map(|(_, figures)| figures);
         sweeps
+            .chain(&self.conditions)
             .chain(&self.detect)
             .chain(&self.zones)
             .chain(&self.attempts)

@@ -8,7 +8,7 @@ use crate::pictures::Pictures;
 use crate::published::PaperFigures;
 use crate::results::Results;
 use crate::sections::{
-    Section, canopy, components, cost, definitions, detection, head, headline, pictures, sweeps,
+    Section, canopy, components, conditions, cost, definitions, detection, head, headline, pictures, sweeps,
 };
 
 const STYLE: &str = include_str!("style.css");
@@ -23,6 +23,7 @@ pub fn page(
 ) -> String {
     let sections = [
         headline::section(results, protocol),
+        conditions::section(results, figures),
         sweeps::section(results, figures),
         detection::section(results, figures, protocol),
         components::section(results),

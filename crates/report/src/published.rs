@@ -91,9 +91,9 @@ mod tests {
         let figures = PaperFigures::from_toml("paper/report.toml", REPORT_TOML).unwrap();
         for (name, metrics) in &figures.sweeps {
             for (metric, at) in metrics {
-                let known = orchard_tasks::harvest::metrics::METRICS.iter().find(|m| m.info.name == metric);
+                let known = orchard_tasks::harvest::metrics::infos().find(|info| info.name == metric);
                 assert!(
-                    known.is_some_and(|known| at.iter().all(|at| at.unit == known.info.unit)),
+                    known.is_some_and(|known| at.iter().all(|at| at.unit == known.unit)),
                     "{name}: {metric}"
                 );
                 assert!(at.windows(2).all(|pair| pair[0].at < pair[1].at), "{name}: {metric}");

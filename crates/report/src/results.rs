@@ -5,7 +5,7 @@ use orchard_scaling::Scaling;
 use orchard_statistics::Metric;
 use orchard_tasks::component::ComponentSummary;
 use orchard_tasks::detect::DetectSummary;
-use orchard_tasks::harvest::matrix::NOMINAL;
+use orchard_tasks::harvest::matrix::{EXHAUSTION, NOMINAL};
 use orchard_tasks::harvest::summary::{ConditionSummary, Summary};
 
 /// Results; a part is empty if its task was not run.
@@ -44,14 +44,20 @@ pub(crate) fn conditions(summary: &Summary) -> Vec<(&str, &ConditionSummary)> {
     all
 }
 
-/// Conditions reported in full: the nominal one and those outside all sweeps; if there are none, every condition.
+/// Conditions reported in full: the nominal one and its exhaustion; if there are none, every condition.
 pub(crate) fn principal(summary: &Summary) -> Vec<(&str, &ConditionSummary)> {
+    let all = conditions(summary);
+    let main: Vec<_> = all.iter().copied().filter(|(name, _)| [NOMINAL, EXHAUSTION].contains(name)).collect();
+    if main.is_empty() { all } else { main }
+}
+
+/// True if conditions other than those in full are outside all sweeps.
+pub(crate) fn has_singles(summary: &Summary) -> bool {
     let swept = |name: &str| {
         let mut points = summary.sweeps.values().flat_map(|sweep| &sweep.points);
-        name != NOMINAL && points.any(|point| point.condition == name)
+        points.any(|point| point.condition == name)
     };
-    let outside: Vec<_> = conditions(summary).into_iter().filter(|(name, _)| !swept(name)).collect();
-    if outside.is_empty() { conditions(summary) } else { outside }
+    summary.conditions.keys().any(|name| ![NOMINAL, EXHAUSTION].contains(&name.as_str()) && !swept(name))
 }
 
 /// A metric under a condition.

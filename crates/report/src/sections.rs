@@ -2,6 +2,7 @@
 
 pub(crate) mod canopy;
 pub(crate) mod components;
+pub(crate) mod conditions;
 pub(crate) mod cost;
 pub(crate) mod definitions;
 pub(crate) mod detection;

@@ -4,14 +4,13 @@ use orchard_spec::randomisation::Mode;
 use orchard_statistics::{Metric, MetricInfo, Undefined};
 use orchard_tasks::component::{ReachAndGrasp, metrics as component_metrics};
 use orchard_tasks::detect::METRICS as DETECT;
-use orchard_tasks::harvest::metrics::METRICS as HARVEST;
+use orchard_tasks::harvest::metrics::infos;
 
 /// Returns the definition of a metric of the harvest, of detection or of the component tasks.
 fn info(name: &str) -> Option<MetricInfo> {
-    let harvest = HARVEST.iter().map(|m| m.info);
     let detect = DETECT.iter().map(|m| m.info);
     let components = component_metrics::<ReachAndGrasp>().into_iter().map(|m| m.info);
-    harvest.chain(detect).chain(components).find(|info| info.name == name)
+    infos().chain(detect).chain(components).find(|info| info.name == name)
 }
 
 /// Returns a metric's title, or its name in words if no task defines it.

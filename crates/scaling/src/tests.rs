@@ -51,7 +51,7 @@ fn the_protocol_asks_for_the_papers_worlds() {
     let plan = ScalingPlan::new(&scenario(), "full", &rules.full, Backend::Cpu).unwrap();
     assert_eq!(plan.cells().len(), 4 * 10 * plan.solvers.len());
     assert!(plan.solvers.starts_with(&[SolverName::Lanes, SolverName::Aba, SolverName::Cg]));
-    assert!(!protocol.v1_seeds().contains(&plan.seed));
+    assert!(!protocol.official_seeds().contains(&plan.seed));
     for paper in &rules.published.env_steps_per_s {
         assert!(plan.worlds.contains(&paper.worlds) && paper.low <= paper.high, "{paper:?}");
         assert_eq!(rules.published.at(paper.mode, paper.worlds), Some(paper));

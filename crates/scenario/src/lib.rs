@@ -5,6 +5,7 @@
 //! controllers. Every result contains the scenario's hash ([`Scenario::hash`]) and the scenario itself ([`StoredScenario`]).
 //! [`Scenario::figures`] lists every figure with its origin.
 
+mod changes;
 mod controller;
 mod digest;
 mod error;
@@ -18,6 +19,7 @@ mod robot;
 mod stored;
 mod tree;
 
+pub use changes::Changes;
 pub use error::ScenarioError;
 pub use figures::Figure;
 pub use mesh_files::MeshFiles;
@@ -88,7 +90,7 @@ impl Scenario {
         if !parts.is_empty() {
             return Some(parts.join(", "));
         }
-        (!self.rules.is_empty()).then(|| "changed rules".to_owned())
+        self.changes_rules().then(|| "changed rules".to_owned())
     }
 
     /// The world's config, with its camera and randomisation.

@@ -2,9 +2,21 @@
 
 use orchard_quantity::{ConfigError, Quantity, from_table};
 
-use crate::Spec;
+use crate::{Spec, preset};
+
+/// Field of a constant that holds its value.
+const VALUE: &str = "value";
 
 impl Spec {
+    /// Returns the spec with changes laid over it, given as a config file gives them that names a preset as its base. `file` names
+    /// them in errors.
+    ///
+    /// # Errors
+    /// A field unknown, a value outside its range, a part with an unknown base.
+    pub fn overlaid(&self, file: &str, changes: toml::Table) -> Result<Self, ConfigError> {
+        preset::overlaid(self, file, changes)
+    }
+
     /// Returns the figure at a dotted path, such as `wood.density`; `None` if there is no constant with a single value.
     pub fn figure(&self, path: &str) -> Option<Quantity> {
         let mut value = toml::Value::Table(toml::Table::try_from(self).ok()?);
@@ -27,13 +39,20 @@ impl Spec {
         let mut table = toml::Table::try_from(self).map_err(|e| error(".", e.to_string()))?;
         for &(path, value) in figures {
             let figure = self.figure(path).ok_or_else(|| error(path, no_figure(&self.preset)))?;
-            let changed = figure.with_value(value).map_err(|problem| error(path, problem))?;
-            let changed = toml::Value::try_from(changed).map_err(|e| error(path, e.to_string()))?;
+            figure.with_value(value).map_err(|problem| error(path, problem))?;
             // The path leads to a constant: all its steps exist.
-            let mut steps = path.split('.');
+            let mut steps = path.split('.').chain([VALUE]);
             let first = steps.next().and_then(|step| table.get_mut(step));
-            if let Some(place) = steps.fold(first, |at, step| at.and_then(|value| value.get_mut(step))) {
-                *place = changed;
+            match steps.fold(first, |at, step| at.and_then(|value| value.get_mut(step))) {
+                // A count stays a whole number.
+                Some(place @ toml::Value::Integer(_)) => {
+                    if value.fract() != 0.0 {
+                        return Err(error(path, format!("{value} is not a whole number")));
+                    }
+                    *place = toml::Value::Integer(value as i64);
+                }
+                Some(place) => *place = toml::Value::Float(value),
+                None => return Err(error(path, no_figure(&self.preset))),
             }
         }
         from_table(file, table)

@@ -15,6 +15,7 @@ pub mod foliage;
 pub mod fruit;
 pub mod randomisation;
 pub mod scenery;
+pub mod sensing;
 pub mod sim;
 pub mod terrain;
 pub mod tree;
@@ -57,6 +58,9 @@ pub struct Spec {
     /// Wind; absent for still air.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wind: Option<wind::WindSpec>,
+    /// Errors and delays of the robot's sensors; absent for exact ones without delay.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sensing: Option<sensing::SensingSpec>,
 }
 
 impl Spec {

@@ -86,20 +86,20 @@ const CHOICES: [&str; 5] = ["grammar", CAMERA, "pull_strength", "twist_strength"
 /// Table that chooses a camera.
 const CAMERA: &str = "camera";
 
-/// Table of fruit, whose parts below may name a base.
-const FRUIT: &str = "fruit";
-
-/// Parts of fruit that come with the crate: table, and its bases by name.
-const FRUIT_PARTS: [(&str, &[(&str, &str)]); 2] = [
-    ("stem", &[("measured", include_str!("../configs/stem/measured.toml"))]),
-    ("cluster", &[("measured", include_str!("../configs/cluster/measured.toml"))]),
+/// Parts of a world that come with the crate: path of their table, and its bases by name.
+const PARTS: [(&[&str], &[(&str, &str)]); 4] = [
+    (&["fruit", "stem"], &[("measured", include_str!("../configs/stem/measured.toml"))]),
+    (&["fruit", "cluster"], &[("measured", include_str!("../configs/cluster/measured.toml"))]),
+    (&["wind"], &[("measured", include_str!("../configs/wind/measured.toml"))]),
+    (&["sensing"], &[("ideal", include_str!("../configs/sensing/ideal.toml"))]),
 ];
 
-/// Completes the parts of a world's fruit from the bases that they name.
-fn complete_fruit(file: &str, table: &mut toml::Table) -> Result<(), ConfigError> {
-    for (part, bases) in FRUIT_PARTS {
-        let Some(toml::Value::Table(given)) = table.get_mut(FRUIT).and_then(|fruit| fruit.get_mut(part))
-        else {
+/// Completes the parts of a world from the bases that they name.
+fn complete_parts(file: &str, table: &mut toml::Table) -> Result<(), ConfigError> {
+    for (path, bases) in PARTS {
+        let [above @ .., part] = path else { continue };
+        let within = above.iter().try_fold(&mut *table, |table, step| table.get_mut(*step)?.as_table_mut());
+        let Some(toml::Value::Table(given)) = within.and_then(|table| table.get_mut(*part)) else {
             continue;
         };
         let toml_of = |name: &str| {
@@ -108,18 +108,30 @@ fn complete_fruit(file: &str, table: &mut toml::Table) -> Result<(), ConfigError
             base.ok_or_else(|| format!("no {part} '{name}'; the {part}s are: {}", known.join(", ")))
         };
         *given = quantity::with_base(file, std::mem::take(given), &toml_of, &CHOICES)
-            .map_err(|error| ConfigError { field: format!("{FRUIT}.{part}.{}", error.field), ..error })?;
+            .map_err(|error| ConfigError { field: format!("{}.{}", path.join("."), error.field), ..error })?;
     }
     Ok(())
 }
 
 /// Reads a spec; fields that it omits have the base's values.
 pub(crate) fn read(file: &str, text: &str) -> Result<Spec, ConfigError> {
-    let mut table = with_base(file, text)?;
+    complete(file, with_base(file, text)?)
+}
+
+/// The spec with a config's changes laid over it.
+pub(crate) fn overlaid(spec: &Spec, file: &str, changes: toml::Table) -> Result<Spec, ConfigError> {
+    let error = |problem: String| ConfigError { file: file.to_owned(), field: ".".to_owned(), problem };
+    let mut table = toml::Table::try_from(spec).map_err(|e| error(e.to_string()))?;
+    overlay(&mut table, changes, &CHOICES);
+    complete(file, table)
+}
+
+/// Completes the parts that name a camera or a base of their own, and reads the spec.
+fn complete(file: &str, mut table: toml::Table) -> Result<Spec, ConfigError> {
     if let Some(toml::Value::Table(cameras)) = table.get_mut(CAMERA) {
         camera::complete(cameras)?;
     }
-    complete_fruit(file, &mut table)?;
+    complete_parts(file, &mut table)?;
     from_table(file, table)
 }
 
@@ -218,6 +230,27 @@ mod tests {
         assert_eq!(e, "c.toml: d435i.baseline: -50 is not greater than 0");
         let e = CameraSpec::from_toml("c.toml", "[eye]").unwrap_err().to_string();
         assert!(e.starts_with("c.toml: ") && e.contains("`eye`, expected one of `ideal`"), "{e}");
+    }
+
+    #[test]
+    fn changes_are_laid_over_a_spec_and_change_nothing_else() {
+        let paper = Spec::paper();
+        let laid = |text: &str| paper.overlaid("x.toml", parse("x.toml", text).unwrap());
+        assert_eq!(laid("").unwrap(), paper);
+        let windy = laid("[wind]\nbase = 'measured'").unwrap();
+        assert_eq!(windy.wind, Spec::preset(Preset::Calibrated).wind);
+        assert_eq!(Spec { wind: None, ..windy.clone() }, paper);
+        // A part that is there already stays as it is.
+        assert_eq!(windy.overlaid("x.toml", parse("x", "[wind]\nbase = 'measured'").unwrap()), Ok(windy));
+        let e = laid("[wind]\nbase = 'gale'").unwrap_err().to_string();
+        assert_eq!(e, "x.toml: wind.base: no wind 'gale'; the winds are: measured");
+        let e = laid("[wood]\nweight = 1").unwrap_err().to_string();
+        assert!(e.starts_with("x.toml: wood.weight"), "{e}");
+        let e = laid("[sensing]\nbase = 'ideal'\n[sensing.odometry]\nslip = 1").unwrap_err().to_string();
+        assert!(e.starts_with("x.toml: sensing.odometry.slip"), "{e}");
+        let long = "[sensing]\nbase = 'ideal'\ncamera_delay = { value = 11, range = [0, 99], unit = 's', source = 'x' }";
+        let e = laid(long).unwrap_err().to_string();
+        assert_eq!(e, "x.toml: sensing.camera_delay: 11 is outside the range [0, 10] s of a delay");
     }
 
     #[test]

@@ -25,6 +25,14 @@ pub enum Purpose {
     RobotStart,
     /// Depth-sensor noise.
     SensorNoise,
+    /// Errors of wheel odometry that are constant for a world.
+    WheelSlip,
+    /// Errors of wheel odometry in each frame.
+    OdometryNoise,
+    /// Errors of joint sensors that are constant for a world.
+    JointOffset,
+    /// Errors of joint sensors in each frame.
+    JointNoise,
     /// Camera poses of a data set or of the detection task.
     Vantage,
     /// Target fruit and hand poses of component tasks.
@@ -75,6 +83,10 @@ impl Purpose {
             Purpose::Foliage => "foliage",
             Purpose::RobotStart => "robot-start",
             Purpose::SensorNoise => "sensor-noise",
+            Purpose::WheelSlip => "wheel-slip",
+            Purpose::OdometryNoise => "odometry-noise",
+            Purpose::JointOffset => "joint-offset",
+            Purpose::JointNoise => "joint-noise",
             Purpose::Vantage => "vantage",
             Purpose::ComponentTarget => "component-target",
             Purpose::Localisation => "localisation",

@@ -26,6 +26,19 @@ pub struct TerrainSpec {
     pub flat_radius: Quantity,
     /// Width of the ring about the disc in which the bumps rise to their height.
     pub blend_width: Quantity,
+    /// Slope of the plane that the bumps stand on, through the foot of the trunk; absent for a level one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub slope: Option<SlopeSpec>,
+}
+
+/// A plane that rises.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SlopeSpec {
+    /// Angle to the horizontal.
+    pub angle: Quantity,
+    /// Bearing in which the ground rises, from the world's x axis.
+    pub bearing: Quantity,
 }
 
 impl TerrainSpec {

@@ -29,6 +29,9 @@ pub use bootstrap::{Resamples, Share};
 pub use comparison::{Comparison, compare};
 pub use components::{Component, VarianceComponents, variance_components};
 pub use design::Design;
-pub use metric::{Metric, MetricDefinition, MetricInfo, components_of_metrics, estimate};
+pub use metric::{
+    Metric, MetricDefinition, MetricInfo, QuantileDefinition, components_of_metrics, estimate,
+    estimate_quantiles,
+};
 pub use rules::{BootstrapRules, PairedRules};
 pub use undefined::{Figure, Undefined};

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::bootstrap::{Resamples, Share, ratio};
 use crate::components::{VarianceComponents, variance_components};
 use crate::design::Design;
+use crate::quantile::quantile;
 use crate::undefined::Undefined;
 
 /// Name, unit and definition of a metric. Results, reports and documentation all take them from here.
@@ -60,14 +61,24 @@ pub struct MetricDefinition<R> {
     pub share: fn(&R) -> Share,
 }
 
+/// A metric that is a quantile of single values, pooled over trees.
+pub struct QuantileDefinition<R> {
+    /// Name, unit and definition; the numerator names the values.
+    pub info: MetricInfo,
+    /// Level of the quantile, 0 to 1.
+    pub level: f64,
+    /// One tree's values.
+    pub values: fn(&R) -> Vec<f64>,
+}
+
 /// A metric's estimate. Without anything to measure, all is null and `n` is 0; with one tree, the interval is null.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Metric {
-    /// Ratio of sums.
+    /// Ratio of sums, or quantile.
     pub mean: Option<f64>,
     /// 95 % bootstrap interval over trees x seeds.
     pub ci95: [Option<f64>; 2],
-    /// Sum of the denominators: trees, attempts, detections or visible fruit.
+    /// Sum of the denominators: trees, attempts, detections or visible fruit; number of values of a quantile.
     pub n: u64,
     /// Reason why the interval is null, if so.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -85,6 +96,47 @@ impl Metric {
             undefined: interval.err(),
         }
     }
+}
+
+impl Metric {
+    /// A quantile of the values of all trees together, by tree; `resamples` index into the trees.
+    pub fn of_quantile(values: &[Vec<f64>], level: f64, resamples: &Resamples) -> Self {
+        // Sorted once, each with its tree: a resample only changes how often a tree's values count.
+        let mut sorted: Vec<(f64, usize)> = Vec::new();
+        for (tree, values) in values.iter().enumerate() {
+            sorted.extend(values.iter().map(|&value| (value, tree)));
+        }
+        sorted.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let of_trees = |drawn: &[usize]| {
+            let mut times = vec![0_usize; values.len()];
+            drawn.iter().for_each(|&tree| times[tree] += 1);
+            let pooled: Vec<f64> =
+                sorted.iter().flat_map(|&(value, tree)| std::iter::repeat_n(value, times[tree])).collect();
+            quantile(&pooled, level)
+        };
+        let all: Vec<usize> = (0..values.len()).collect();
+        let interval = resamples.interval_of(of_trees);
+        Self {
+            mean: of_trees(&all),
+            ci95: interval_ends(interval.as_ref().ok().copied()),
+            n: sorted.len() as u64,
+            undefined: interval.err(),
+        }
+    }
+}
+
+/// Every quantile of a list over trees' records; `resamples` index into them.
+pub fn estimate_quantiles<R, B: Borrow<R>>(
+    definitions: &[QuantileDefinition<R>],
+    records: &[B],
+    resamples: &Resamples,
+) -> BTreeMap<String, Metric> {
+    let of = |definition: &QuantileDefinition<R>| {
+        let values: Vec<Vec<f64>> =
+            records.iter().map(|record| (definition.values)(record.borrow())).collect();
+        (definition.info.name.to_owned(), Metric::of_quantile(&values, definition.level, resamples))
+    };
+    definitions.iter().map(of).collect()
 }
 
 /// The variance components of every metric of a list. An episode's value is its own numerator over its own denominator.

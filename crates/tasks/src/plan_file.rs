@@ -124,7 +124,7 @@ impl TaskPlan {
         match self {
             Self::Harvest { extent } => {
                 let horizon = &protocol.full.horizon;
-                let repeats = protocol.seed_sets.v1.repeats.with_value(extent.repeats);
+                let repeats = protocol.official_set().repeats.with_value(extent.repeats);
                 repeats.map_err(|e| format!("harvest: repeats: {e}"))?;
                 let horizon = horizon.with_value(extent.horizon_s / horizon.unit().to_si());
                 horizon.map_err(|e| format!("harvest: horizon_s: {e}"))?;

@@ -1,22 +1,29 @@
-//! The benchmark's protocol constants, read from `configs/bench/v1.toml`.
+//! The protocol constants of the benchmarks, read from `configs/bench/v1.toml` and what `configs/bench/field.toml` changes of it.
 
 use std::collections::BTreeMap;
 
-use orchard_quantity::{ConfigError, Count, CountLimits, Quantity, from_table, overlay, parse};
-use orchard_scenario::Scenario;
+use orchard_quantity::{ConfigError, Count, CountLimits, Quantity, from_table, parse, with_base};
+use orchard_scenario::{Changes, Scenario};
 use orchard_statistics::{BootstrapRules, PairedRules};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use crate::component::rules::ComponentRules;
 use crate::detect::rules::DetectRules;
-use crate::harvest::matrix::Sweeps;
-use crate::seeds::{SeedSetLabel, SeedSetName, SeedSets, v1_seed};
+use crate::harvest::matrix::{MatrixRules, SweepRules};
+use crate::harvest::metrics;
+use crate::seeds::{OfficialSet, SeedSetLabel, SeedSetName, official_seed};
 use crate::verify::rules::VerifyRules;
 use crate::zones::ZoneRules;
 
 /// The protocol as TOML text.
 pub const PAPER_TOML: &str = include_str!("../configs/bench/v1.toml");
+
+/// What the protocol of the benchmark in the field changes, as TOML text.
+pub const FIELD_TOML: &str = include_str!("../configs/bench/field.toml");
+
+/// Names and texts of the protocols, of which the first is the one without a name.
+const PROTOCOLS: [(&str, &str); 2] = [("v1", PAPER_TOML), ("field", FIELD_TOML)];
 
 /// Seeds, horizons and rules of the benchmark.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -28,14 +35,21 @@ pub struct Protocol {
     pub preset: String,
     /// Seeds for tuning.
     pub tuning_seeds: Vec<u64>,
+    /// Metrics for the paired tests of a sweep's conditions.
+    pub tested: Vec<String>,
+    /// The set of official scores.
+    pub official: SeedSetName,
     /// The other seed sets.
-    pub seed_sets: SeedSets,
+    pub seed_sets: BTreeMap<SeedSetName, OfficialSet>,
     /// The short profile.
     pub quick: Profile,
     /// The official profile.
     pub full: Profile,
-    /// The matrix of conditions.
-    pub sweeps: Sweeps,
+    /// The sweeps of the matrix, by name.
+    pub sweeps: BTreeMap<String, SweepRules>,
+    /// The other conditions of the matrix, by group and name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub conditions: BTreeMap<String, BTreeMap<String, Changes>>,
     /// The condition `exhaustion`.
     pub exhaustion: ExhaustionRules,
     /// Thresholds of an episode.
@@ -105,6 +119,8 @@ pub struct Rules {
     pub stem_pull: Quantity,
     /// Largest energy of an impact that leaves no bruise.
     pub bruise_energy: Quantity,
+    /// Largest bruised volume of a fruit that is free of bruises.
+    pub bruise_volume: Quantity,
     /// Time without a finger on a hanging fruit that closes a contact attempt.
     pub contact_gap: Quantity,
 }
@@ -161,30 +177,45 @@ impl Protocol {
     /// profile needs, a profile without conditions or with unknown ones, a requirement without exactly one bound, values of a sweep that do
     /// not ascend, foliage densities that lack that of the ablation.
     pub fn from_toml(file: &str, text: &str) -> Result<Self, ConfigError> {
-        Self::of_table(file, parse(file, text)?)
+        Self::of_table(file, parse(file, text)?)?.checked()
     }
 
+    /// Reads a protocol, given as a whole or by what it changes of the one that it names; nothing is checked but single values.
     fn of_table(file: &str, table: toml::Table) -> Result<Self, ConfigError> {
-        Self { file: file.to_owned(), ..from_table(file, table)? }.checked()
+        let text_of = |name: &str| {
+            let text = PROTOCOLS.iter().find(|(known, _)| *known == name).map(|(_, text)| *text);
+            let known = PROTOCOLS.map(|(name, _)| name).join(", ");
+            text.ok_or_else(|| format!("no protocol '{name}'; the protocols are: {known}"))
+        };
+        let table = with_base(file, table, &text_of, &[])?;
+        Ok(Self { file: file.to_owned(), ..from_table(file, table)? })
     }
 
     /// The protocol, if its values agree with each other.
     fn checked(self) -> Result<Self, ConfigError> {
         let (protocol, file) = (&self, &self.file);
-        let densities = protocol.sweeps.densities();
-        if let Some((field, problem)) =
-            protocol.sweeps.problem().or_else(|| protocol.detect.problem(&densities))
-        {
-            return Err(ConfigError { file: file.clone(), field: field.to_owned(), problem });
+        let densities = protocol.densities();
+        let of_detect =
+            || protocol.detect.problem(&densities).map(|(field, problem)| (field.to_owned(), problem));
+        if let Some((field, problem)) = protocol.matrix_rules().problem().or_else(of_detect) {
+            return Err(protocol.error(&field, problem));
         }
-        let official = protocol.v1_seeds();
-        if let Some(seed) = protocol.tuning_seeds.iter().find(|seed| official.contains(seed)) {
-            let (file, field) = (file.clone(), "tuning_seeds".to_owned());
-            return Err(ConfigError {
-                file,
-                field,
-                problem: format!("{seed} is a seed of the official set v1"),
-            });
+        if let Some(name) = protocol.tested.iter().find(|name| metrics::harvest_metric(name).is_none()) {
+            return Err(protocol.error("tested", format!("{name} is not a metric of the harvest")));
+        }
+        if !protocol.seed_sets.contains_key(&protocol.official) {
+            return Err(protocol.error("official", format!("there is no seed set {}", protocol.official)));
+        }
+        for &set in protocol.seed_sets.keys() {
+            if !set.is_official() {
+                return Err(protocol.error("seed_sets", format!("{set} is not the name of an official set")));
+            }
+            let official = protocol.seeds_of(set);
+            if let Some(seed) = protocol.tuning_seeds.iter().find(|seed| official.contains(seed)) {
+                return Err(
+                    protocol.error("tuning_seeds", format!("{seed} is a seed of the official set {set}"))
+                );
+            }
         }
         for (name, profile) in [("quick", &protocol.quick), ("full", &protocol.full)] {
             let count = profile.seeds.get() as usize;
@@ -225,13 +256,12 @@ impl Protocol {
         if scenario.rules().is_empty() {
             return Ok(Self::paper());
         }
-        let mut table = parse("bench/v1.toml", PAPER_TOML)?;
-        overlay(&mut table, scenario.rules().clone(), &[]);
-        let file = "rules".to_owned();
-        let protocol = Self { file: file.clone(), ..from_table(&file, table)? };
+        let mut table = scenario.rules().clone();
+        table.entry(Scenario::PROTOCOL).or_insert_with(|| "v1".into());
+        let protocol = Self::of_table("rules", table)?;
         // The other checks take time in proportion to the counts.
-        match CountLimits::of(&[Self::paper()]).problem(&protocol) {
-            Some((field, problem)) => Err(ConfigError { file, field, problem }),
+        match CountLimits::of(&[Self::paper(), Self::field()]).problem(&protocol) {
+            Some((field, problem)) => Err(protocol.error(&field, problem)),
             None => protocol.checked(),
         }
     }
@@ -252,41 +282,80 @@ impl Protocol {
         })
     }
 
-    /// The seeds of the official set v1.
-    pub fn v1_seeds(&self) -> Vec<u64> {
-        (0..self.seed_sets.v1.seeds.get()).map(v1_seed).collect()
+    /// The conditions of the matrix.
+    pub fn matrix_rules(&self) -> MatrixRules<'_> {
+        MatrixRules { sweeps: &self.sweeps, groups: &self.conditions }
+    }
+
+    /// Foliage densities: those of the sweep, and of the detection task.
+    pub fn densities(&self) -> Vec<f64> {
+        self.sweeps.get("foliage").map(SweepRules::dial).unwrap_or_default()
+    }
+
+    /// The set of official scores.
+    ///
+    /// # Panics
+    /// Never: a protocol without it is refused.
+    pub fn official_set(&self) -> &OfficialSet {
+        self.seed_sets.get(&self.official).unwrap_or_else(|| unreachable!("checked when it was read"))
+    }
+
+    /// The seeds of official scores.
+    pub fn official_seeds(&self) -> Vec<u64> {
+        self.seeds_of(self.official)
+    }
+
+    fn seeds_of(&self, set: SeedSetName) -> Vec<u64> {
+        let count = self.seed_sets.get(&set).map_or(0, |set| set.seeds.get());
+        (0..count).map(|k| official_seed(set, k)).collect()
+    }
+
+    /// The seeds of all official sets, on which nobody tunes.
+    pub fn held_out_seeds(&self) -> Vec<u64> {
+        self.seed_sets.keys().flat_map(|set| self.seeds_of(*set)).collect()
     }
 
     /// Returns the set that seeds belong to.
     pub fn label(&self, seeds: &[u64], trees: u32) -> SeedSetLabel {
-        let sets = [
-            (SeedSetName::Tuning, self.tuning_seeds.clone(), self.full.trees.get()),
-            (SeedSetName::V1, self.v1_seeds(), self.seed_sets.v1.trees.get()),
-        ];
+        let tuning = (SeedSetName::Tuning, self.tuning_seeds.clone(), self.full.trees.get());
+        let official =
+            self.seed_sets.iter().map(|(name, set)| (*name, self.seeds_of(*name), set.trees.get()));
         let within = |all: &[u64]| !seeds.is_empty() && seeds.iter().all(|seed| all.contains(seed));
-        sets.into_iter().find(|(_, all, _)| within(all)).map_or_else(
+        [tuning].into_iter().chain(official).find(|(_, all, _)| within(all)).map_or_else(
             SeedSetLabel::custom,
             |(name, all, of_seed)| SeedSetLabel { name, whole: seeds == all && trees == of_seed },
         )
     }
 
-    /// Checks names of conditions and sweeps; `field` names their list.
+    /// Checks names of conditions, groups and sweeps; `field` names their list.
     fn check_names(&self, field: &str, names: &[String]) -> Result<(), ConfigError> {
-        self.sweeps.check_names(names).map_err(|problem| self.error(field, problem))
+        self.matrix_rules().check_names(names).map_err(|problem| self.error(field, problem))
     }
 
     fn error(&self, field: &str, problem: String) -> ConfigError {
         ConfigError { file: self.file.clone(), field: field.to_owned(), problem }
     }
 
-    /// The protocol of preset `paper`.
+    /// The protocol of benchmark v1.
     ///
     /// # Panics
     /// Never: the embedded file is read in this crate's tests.
     pub fn paper() -> Self {
-        match Self::from_toml("bench/v1.toml", PAPER_TOML) {
+        Self::embedded("bench/v1.toml", PAPER_TOML)
+    }
+
+    /// The protocol of the benchmark in the field.
+    ///
+    /// # Panics
+    /// Never: the embedded file is read in this crate's tests.
+    pub fn field() -> Self {
+        Self::embedded("bench/field.toml", FIELD_TOML)
+    }
+
+    fn embedded(file: &str, text: &str) -> Self {
+        match Self::from_toml(file, text) {
             Ok(protocol) => protocol,
-            Err(e) => unreachable!("embedded preset: {e}"),
+            Err(e) => unreachable!("embedded protocol: {e}"),
         }
     }
 }
@@ -300,11 +369,11 @@ mod tests {
         let protocol = Protocol::from_toml("bench/v1.toml", PAPER_TOML).unwrap();
         assert_eq!(protocol.tuning_seeds, [20250704, 20250705, 20250706]);
         for name in protocol.published.keys() {
-            assert!(crate::harvest::metrics::METRICS.iter().any(|m| m.info.name == name), "{name}");
+            assert!(metrics::infos().any(|info| info.name == name), "{name}");
         }
         for conditions in protocol.required.values() {
             for name in conditions.values().flat_map(BTreeMap::keys) {
-                assert!(crate::harvest::metrics::METRICS.iter().any(|m| m.info.name == name), "{name}");
+                assert!(metrics::infos().any(|info| info.name == name), "{name}");
             }
         }
         for controller in protocol.required.keys() {
@@ -316,7 +385,7 @@ mod tests {
                 || crate::detect::ERRORS.iter().any(|e| e.name == name);
             assert!(known, "{name}");
             for at in at {
-                assert!(protocol.sweeps.densities().contains(&at.foliage), "{name} at {}", at.foliage);
+                assert!(protocol.densities().contains(&at.foliage), "{name} at {}", at.foliage);
             }
         }
         let variants = crate::detect::variants(&orchard_perception::DetectorConfig::paper());

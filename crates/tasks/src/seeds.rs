@@ -12,8 +12,37 @@ pub enum SeedSetName {
     Tuning,
     /// The official, held-out set of OrchardBench-v1; it must not be used for tuning.
     V1,
+    /// The official, held-out set of the benchmark in the field; it must not be used for tuning.
+    #[serde(rename = "field-v1")]
+    FieldV1,
     /// Any other seeds.
     Custom,
+}
+
+impl SeedSetName {
+    /// All sets.
+    pub const ALL: [Self; 4] = [Self::Tuning, Self::V1, Self::FieldV1, Self::Custom];
+
+    /// Name in results and on command lines.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Tuning => "tuning",
+            Self::V1 => "v1",
+            Self::FieldV1 => "field-v1",
+            Self::Custom => "custom",
+        }
+    }
+
+    /// True for the set of a benchmark's scores.
+    pub fn is_official(self) -> bool {
+        matches!(self, Self::V1 | Self::FieldV1)
+    }
+}
+
+impl std::fmt::Display for SeedSetName {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name())
+    }
 }
 
 /// The seed set of a result.
@@ -32,14 +61,6 @@ impl SeedSetLabel {
     }
 }
 
-/// The named sets; the tuning seeds are in the field `tuning_seeds` of the protocol.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct SeedSets {
-    /// The official set.
-    pub v1: OfficialSet,
-}
-
 /// An official set.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -52,16 +73,13 @@ pub struct OfficialSet {
     pub repeats: Count,
 }
 
-/// Text that is hashed, followed by the number of the seed, into a seed of the official set.
-const V1_RULE: &str = "orchardbench/v1/seed/";
-
 /// Bytes of the hash used for a seed: 48 bits, which every JSON reader represents exactly.
 const SEED_BYTES: usize = 6;
 
-/// Seed number `k`, from 0, of the official set v1: the first 12 hexadecimal digits of SHA-256 of "orchardbench/v1/seed/K" in ASCII,
-/// K in decimal.
-pub fn v1_seed(k: u32) -> u64 {
-    let hash = Sha256::digest(format!("{V1_RULE}{k}").as_bytes());
+/// Seed number `k`, from 0, of an official set: the first 12 hexadecimal digits of SHA-256 of "orchardbench/SET/seed/K" in ASCII, with the
+/// name of the set and K in decimal.
+pub fn official_seed(set: SeedSetName, k: u32) -> u64 {
+    let hash = Sha256::digest(format!("orchardbench/{set}/seed/{k}"));
     hash.iter().take(SEED_BYTES).fold(0, |seed, &byte| seed << 8 | u64::from(byte))
 }
 
@@ -75,7 +93,7 @@ mod tests {
     /// `[int(sha256(b"orchardbench/v1/seed/%d" % k).hexdigest()[:12], 16) for k in range(5)]`
     #[test]
     fn v1_is_what_its_rule_says() {
-        let seeds = Protocol::paper().v1_seeds();
+        let seeds = Protocol::paper().official_seeds();
         assert_eq!(
             seeds,
             [59313826611509, 153838308915378, 260660316164482, 161178412302031, 163597065037352]
@@ -83,12 +101,27 @@ mod tests {
         assert!(seeds.iter().all(|&seed| seed < 1 << 53), "a reader of JSON would round it");
     }
 
+    /// By hand, in Python, as above with `b"orchardbench/field-v1/seed/%d"`.
+    #[test]
+    fn field_v1_is_what_its_rule_says() {
+        let seeds = Protocol::field().official_seeds();
+        assert_eq!(seeds, [82366113853635, 155886100722858, 5241075887876, 243015818109777, 245504369813078]);
+    }
+
+    #[test]
+    fn names_are_those_of_results() {
+        for name in SeedSetName::ALL {
+            assert_eq!(serde_json::to_value(name).unwrap(), name.name());
+        }
+    }
+
     #[test]
     fn sets_share_no_seed() {
         let protocol = Protocol::paper();
-        let (v1, tuning) = (protocol.v1_seeds(), &protocol.tuning_seeds);
-        assert!(v1.iter().all(|seed| !tuning.contains(seed)));
-        assert!((0..v1.len()).all(|i| !v1[..i].contains(&v1[i])));
+        let all = [&*Protocol::field().held_out_seeds(), &protocol.tuning_seeds].concat();
+        assert_eq!(all.len(), 13);
+        assert!((0..all.len()).all(|i| !all[..i].contains(&all[i])));
+        let v1 = protocol.official_seeds();
         // A config that tunes on an official seed is refused.
         let text = crate::protocol::PAPER_TOML.replacen("20250705", &v1[1].to_string(), 1);
         let e = Protocol::from_toml("x.toml", &text).unwrap_err().to_string();
@@ -98,7 +131,7 @@ mod tests {
     #[test]
     fn seeds_are_told_by_their_set() {
         let protocol = Protocol::paper();
-        let (v1, tuning) = (protocol.v1_seeds(), protocol.tuning_seeds.clone());
+        let (v1, tuning) = (protocol.official_seeds(), protocol.tuning_seeds.clone());
         let label = |seeds: &[u64], trees| {
             let label = protocol.label(seeds, trees);
             (label.name, label.whole)
@@ -110,5 +143,9 @@ mod tests {
         assert_eq!(label(&tuning[..1], 6), (SeedSetName::Tuning, false));
         assert_eq!(label(&[v1[0], tuning[0]], 6), (SeedSetName::Custom, false));
         assert_eq!(label(&[], 6), (SeedSetName::Custom, false));
+        let field = Protocol::field();
+        let label = field.label(&field.official_seeds(), 24);
+        assert_eq!((label.name, label.whole), (SeedSetName::FieldV1, true));
+        assert_eq!(field.label(&v1, 6).name, SeedSetName::V1);
     }
 }

@@ -86,7 +86,7 @@ fn trees_of_the_detection_task_are_paired() {
     assert!(solids(&bare).iter().all(|item| item.label != Label::Robot));
     assert_eq!(solids(&bare).len(), bare.scene.items.len());
     let mut leaves = 0;
-    for foliage in protocol.sweeps.densities().into_iter().skip(1) {
+    for foliage in protocol.densities().into_iter().skip(1) {
         let tree = tree(foliage);
         assert_eq!(solids(&tree), solids(&bare));
         assert_eq!(

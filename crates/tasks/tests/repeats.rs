@@ -46,8 +46,8 @@ fn a_repeat_draws_another_start_pose_and_nothing_else() {
 fn the_official_trees_grow_each_in_its_own_form() {
     let (protocol, spec) = (Protocol::paper(), Arc::new(Spec::paper()));
     let mut forms = Vec::new();
-    for seed in protocol.v1_seeds() {
-        for world in 0..protocol.seed_sets.v1.trees.get() {
+    for seed in protocol.official_seeds() {
+        for world in 0..protocol.official_set().trees.get() {
             let planting = Planting::draw(&spec, seed, world, 0).unwrap();
             assert!(!planting.fruit.is_empty());
             let form: Vec<Option<usize>> = planting.skeleton.segments.iter().map(|s| s.parent).collect();

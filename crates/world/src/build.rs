@@ -3,6 +3,7 @@
 use crate::ground::Ground;
 use crate::groups;
 use crate::scenery::{self, Strut};
+use crate::sensing::Sensing;
 use crate::terrain::TerrainError;
 use crate::touch::{Part, parts};
 use orchard_fruit::{Fruit, FruitSet, Shapes};
@@ -40,6 +41,7 @@ pub(crate) struct Parts {
     pub model: Model,
     pub tree: TreeBody,
     pub wind: Option<Weather>,
+    pub sensing: Option<Sensing>,
     pub fruit: FruitSet,
     pub handle: RobotHandle,
     pub colliders: Vec<Part>,
@@ -109,6 +111,7 @@ pub(crate) fn build(
     let model = builder.build()?;
     let colliders = parts(&model, &tree.colliders, &fruit.colliders, ground_collider, &scenery, &handle);
     let wind = Weather::new(spec, &skeleton, seed, world);
+    let sensing = Sensing::new(spec, &handle, seed, world);
     let settings = step_settings(&spec.sim);
     let robot_colliders = (0..colliders.len()).filter(|&c| colliders[c].is_robot()).collect();
     let bounds = bounds(&model);
@@ -120,6 +123,7 @@ pub(crate) fn build(
         model,
         tree,
         wind,
+        sensing,
         fruit,
         handle,
         colliders,

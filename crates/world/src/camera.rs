@@ -43,7 +43,8 @@ impl Shutter {
     pub fn new(spec: &Spec) -> Self {
         let frames = |time: f64| (spec.sim.frame_rate.si() * time).round() as u32;
         let period = (spec.sim.frame_rate.si() / spec.camera.view().rate.si()).round().max(1.0) as u32;
-        Self { period, latency: frames(spec.camera.latency()) }
+        let delay = spec.sensing.as_ref().map_or(0.0, |sensing| sensing.camera_delay.si());
+        Self { period, latency: frames(spec.camera.latency() + delay) }
     }
 
     /// Frame in which the image was taken that is delivered in a frame, if one is.

@@ -16,7 +16,7 @@ const MAGIC: [u8; 8] = *b"\x8ftree\r\n\0";
 
 /// Version of the format that this code writes, and the only one that it reads: a change of a snapshot's
 /// fields, or of their meaning, raises it.
-pub const FORMAT_VERSION: u32 = 7;
+pub const FORMAT_VERSION: u32 = 8;
 
 const HEADER: usize = MAGIC.len() + size_of::<u32>() + size_of::<u64>();
 const CHECKSUM: usize = 32;

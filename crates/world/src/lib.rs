@@ -18,6 +18,7 @@ mod planting;
 mod reach;
 mod scene;
 mod scenery;
+mod sensing;
 mod snapshot;
 mod snapshot_error;
 mod state;

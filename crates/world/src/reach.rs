@@ -86,7 +86,7 @@ impl World {
         (0..places).filter_map(move |k| {
             let along = lower + (upper - lower) * f64::from(k) / f64::from((places - 1).max(1));
             let x_world_base =
-                self.x_world_odom() * Pose::from_parts((axis * along).into(), Default::default());
+                self.x_world_start() * Pose::from_parts((axis * along).into(), Default::default());
             let to_fruit = p_world - transform(&x_world_base, &p_base_shoulder);
             let distance = to_fruit.norm();
             (near..=far).contains(&to_fruit.xy().norm()).then_some(StandOff { x_world_base, distance })
@@ -117,7 +117,7 @@ impl World {
             shoulder.z += ride_height;
             let distance = (p_world - shoulder).norm();
             (self.clears_trunk(&x_world_base, trunk_radius)
-                && same_alley(&self.parts.struts, &self.x_world_odom(), &x_world_base))
+                && same_alley(&self.parts.struts, &self.x_world_start(), &x_world_base))
             .then_some(StandOff { x_world_base, distance })
         })
     }

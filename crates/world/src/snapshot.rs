@@ -6,15 +6,17 @@ use crate::envelope;
 use crate::event::{Status, WorldEvent};
 use crate::identity::Identity;
 use crate::load::WoodLoad;
+use crate::sensing::Odometry;
 use crate::snapshot_error::SnapshotError;
 use crate::state::State;
 use crate::suction::Suction;
 use crate::touch::fruit_touches;
 use orchard_fruit::{FruitLives, Partner};
 use orchard_multibody::{Data, StepReport};
-use orchard_robot::SetPoints;
+use orchard_robot::{Command, SetPoints};
 use orchard_treephys::Rupture;
 use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 /// A world at one moment: all that its future depends on. Tree, model and robot are not in it; the caller who restores
@@ -47,6 +49,9 @@ struct Content {
     shot: Option<Shot>,
     flight: Flight,
     load: WoodLoad,
+    odometry: Odometry,
+    /// Commands on their way to the robot.
+    commands: VecDeque<Command>,
 }
 
 impl Snapshot {
@@ -94,6 +99,8 @@ impl World {
             shot,
             flight,
             load,
+            odometry,
+            commands,
             touches: _,
             touches_before: _,
             touched: _,
@@ -116,6 +123,8 @@ impl World {
             shot: shot.clone(),
             flight: flight.clone(),
             load: *load,
+            odometry: *odometry,
+            commands: commands.clone(),
         };
         Snapshot { content, image: image.clone() }
     }
@@ -153,6 +162,10 @@ impl World {
             (content.load.fits(segments), "load"),
             (content.suction.fits(fruit), "suction"),
             (images.all(|shot| shot.motion.fits(&parts.model)), "image"),
+            (
+                parts.sensing.as_ref().map_or(content.commands.is_empty(), |s| s.fits(&content.commands)),
+                "commands",
+            ),
         ];
         match fits.into_iter().find(|(fits, _)| !fits) {
             Some((_, what)) => Err(SnapshotError::Content(what)),
@@ -181,6 +194,8 @@ impl World {
             shot,
             flight,
             load,
+            odometry,
+            commands,
         } = &snapshot.content;
         let state = &mut self.state;
         state.data.restore(&self.parts.model, data)?;
@@ -199,6 +214,8 @@ impl World {
         state.shot.clone_from(shot);
         state.flight.clone_from(flight);
         state.load = *load;
+        state.odometry = *odometry;
+        state.commands.clone_from(commands);
         let sealed = suction.sealed(&self.parts);
         fruit_touches(&self.parts.colliders, report, sealed, &mut state.touches);
         self.state.image = match (&snapshot.image, shot) {

@@ -6,6 +6,7 @@ use crate::build::Parts;
 use crate::camera::{CameraTruth, Flight, Shot, Shutter};
 use crate::event::{Status, WorldEvent};
 use crate::load::WoodLoad;
+use crate::sensing::Odometry;
 use crate::suction::{Suction, Under};
 use crate::touch::{FruitTouch, fruit_touches};
 use loose::Loose;
@@ -15,6 +16,7 @@ use orchard_multibody::{Data, Model, Motion, StepReport, step};
 use orchard_robot::{Command, RobotHandle, RobotModel, Servos};
 use orchard_spec::Spec;
 use orchard_treephys::Rupture;
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 /// State of a world: everything that a frame changes.
@@ -50,6 +52,10 @@ pub(crate) struct State {
     pub flight: Flight,
     /// Loads of the robot on the wood.
     pub load: WoodLoad,
+    /// Odometry of the base.
+    pub odometry: Odometry,
+    /// Commands on their way to the robot, oldest first.
+    pub commands: VecDeque<Command>,
 }
 
 impl State {
@@ -59,6 +65,9 @@ impl State {
         let mut flight = Flight::default();
         flight.end_frame(shutter, 0, &data);
         let load = WoodLoad::at_start(&parts.tree, &parts.model, &data);
+        let odometry = Odometry::at(parts.handle.base_joint.pose(&parts.model, &data));
+        let commands =
+            parts.sensing.as_ref().map(|sensing| sensing.first_commands(robot)).unwrap_or_default();
         Self {
             rupture: Rupture::new(&parts.tree),
             fruit: FruitLives::new(&parts.fruit),
@@ -80,11 +89,15 @@ impl State {
             shot: None,
             flight,
             load,
+            odometry,
+            commands,
         }
     }
 
     /// Advances one frame; `start` is the state at the start of the episode.
     pub fn advance(&mut self, spec: &Spec, parts: &Parts, start: &Data, command: &Command) {
+        self.commands.push_back(*command);
+        let command = &self.commands.pop_front().unwrap_or(*command);
         self.begin_loose(spec, parts);
         self.load.begin_frame();
         if let Some(wind) = &parts.wind {
@@ -99,6 +112,10 @@ impl State {
         }
         self.frame += 1;
         let Parts { tree, model, .. } = parts;
+        if let Some(sensing) = &parts.sensing {
+            let exact = parts.handle.base_joint.pose(model, &self.data);
+            sensing.travel(&mut self.odometry, exact, self.frame);
+        }
         // Before rupture: a joint that breaks now has borne this frame's moment.
         self.load.end_frame(tree, model, &self.data, start, &self.rupture, spec.sim.frame());
         self.end_frame(spec, parts, command.vacuum);

@@ -3,7 +3,7 @@
 //! Octave k has a lattice of n 2^k x n 2^k random values a period, uniform in [-1, 1), bilinear in between, and weighs
 //! p^k. The sum is taken at the nodes of the ground's grid, multiplied by a smooth step of the distance to the nearest
 //! trunk of the periodic plane (0 on its disc, 3 s^2 - 2 s^3 over the ring), and scaled so that the largest deviation is
-//! the amplitude. It is one period, which the field repeats bit for bit.
+//! the amplitude. It is one period, which the field repeats bit for bit. A slope adds a plane through the foot of the trunk.
 
 use orchard_geometry::{HeightField, HeightFieldError, math};
 use orchard_spec::terrain::TerrainSpec;
@@ -79,7 +79,16 @@ pub fn height_field(
     let place: Vec<usize> =
         (0..count as i64).map(|node| (node - middle).rem_euclid(cells as i64) as usize).collect();
     let rows = place.iter().flat_map(|row| place.iter().map(move |column| row * cells + column));
-    let heights = rows.map(|index| tile[index]).collect();
+    let mut heights: Vec<f64> = rows.map(|index| tile[index]).collect();
+    if let Some(slope) = &spec.slope {
+        let (sin, cos) = math::sin_cos(slope.bearing.si());
+        let (up, along) = math::sin_cos(slope.angle.si());
+        let rise = up / along * spacing;
+        let from_middle = |node: usize| node as f64 - to_the_side;
+        for (node, z) in heights.iter_mut().enumerate() {
+            *z += rise * (cos * from_middle(node % count) + sin * from_middle(node / count));
+        }
+    }
     Ok(HeightField::new(count, count, [spacing; 2], heights)?)
 }
 

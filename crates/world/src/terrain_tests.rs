@@ -168,3 +168,17 @@ fn what_does_not_fit_together_is_refused() {
     let e = Spec::paper().terrain.with_amplitude(0.21).unwrap_err();
     assert_eq!(e, "0.21 is outside the allowed range [0, 0.2] m");
 }
+
+#[test]
+fn a_slope_adds_a_plane_through_the_foot_of_the_trunk() {
+    let slope = "[terrain.slope]\nangle = { value = 10, range = [0, 45], unit = 'deg', source = 'x' }\n\
+                 bearing = { value = 90, range = [-360, 360], unit = 'deg', source = 'x' }";
+    let steep = Spec { terrain: spec(), ..Spec::paper() }.overlaid("x", slope.parse().unwrap()).unwrap();
+    let sloped = field(&steep.terrain, 7);
+    let level = field(&spec(), 7);
+    assert_eq!(sloped.height(0.0, 0.0), Some(0.0));
+    for [x, y] in places(2) {
+        let rise = sloped.height(x, y).unwrap() - level.height(x, y).unwrap();
+        assert!((rise - y * math::tan(10.0_f64.to_radians())).abs() < 1e-12, "{rise} at {y}");
+    }
+}

@@ -234,9 +234,13 @@ impl World {
     pub fn sense(&self) -> Observation {
         let (now, intrinsics) = (self.state.frame, *self.sensor.intrinsics());
         let time = f64::from(now) * self.spec.sim.frame();
-        Observation {
+        let exact = Observation {
             cup_pressure: 0.0 - self.state.suction.vacuum,
             ..observe(&self.parts.model, &self.state.data, &self.parts.handle, time, intrinsics)
+        };
+        match &self.parts.sensing {
+            None => exact,
+            Some(sensing) => sensing.read(exact, &self.state.odometry, now),
         }
     }
 
@@ -360,8 +364,15 @@ impl World {
         &self.parts.handle
     }
 
-    /// Pose of the odom frame: the robot's base at the start.
+    /// Pose of the odom frame: the robot's base at the start. It drifts with the odometry's errors: in it the base is where the
+    /// wheels say that it is.
     pub fn x_world_odom(&self) -> Pose {
+        let start = self.parts.x_world_odom;
+        if self.parts.sensing.is_none() { start } else { start * self.state.odometry.drift() }
+    }
+
+    /// Pose of the odom frame at the start.
+    pub(crate) fn x_world_start(&self) -> Pose {
         self.parts.x_world_odom
     }
 

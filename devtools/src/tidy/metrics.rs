@@ -14,7 +14,7 @@ const WRITE: &str = "cargo xtask tidy --write";
 /// Returns the table of a task's metrics; `None` if there is no such task.
 fn table(task: &str) -> Option<String> {
     let infos: Vec<MetricInfo> = match task {
-        "harvest" => harvest::metrics::METRICS.iter().map(|metric| metric.info).collect(),
+        "harvest" => harvest::metrics::infos().collect(),
         "detect" => detect::METRICS.iter().map(|metric| metric.info).collect(),
         "components" => of_components::<ReachAndGrasp>().iter().map(|metric| metric.info).collect(),
         "verify" => verify::METRICS.iter().map(|metric| metric.info).collect(),

@@ -16,6 +16,7 @@ use orchard_bench::{Session, Shard};
 use orchard_tasks::plan_file::Backend;
 use orchard_tasks::plan_file::PlanFile;
 use orchard_tasks::protocol::Protocol;
+use orchard_tasks::seeds::SeedSetName;
 
 use crate::args::ScenarioArgs;
 use crate::failure::Failure;
@@ -63,26 +64,36 @@ pub struct Args {
     /// Tasks to run [default: all, or those that the given options belong to]
     #[arg(long, value_enum, value_delimiter = ',')]
     tasks: Option<Vec<TaskName>>,
-    /// Size of the run: quick is 1 seed x 6 trees x 40 s, full is 3 seeds x 6 trees x 75 s, of every condition of the matrix
+    #[command(flatten)]
+    run: RunArgs,
+    /// Processor for the batches of the scaling task: cpu, or gpu (any Vulkan, Metal or DirectX 12 device). Robot and camera always run
+    /// on the CPU [default: cpu]
+    #[arg(long, value_name = "cpu|gpu")]
+    backend: Option<Backend>,
+}
+
+/// Options of a run of either benchmark.
+#[derive(Clone, clap::Args)]
+pub struct RunArgs {
+    /// Size of the run: seeds, trees and time, of every condition that the profile names
     #[arg(long, value_enum, default_value_t = ProfileName::Quick)]
     profile: ProfileName,
-    /// Seeds: `tuning` (three seeds for tuning), `v1` (the five official seeds, not for tuning), or a list A,B,..
+    /// Seeds: `tuning` (three seeds for tuning), the official set of the benchmark (`v1` or `field-v1`, not for tuning), or a list A,B,..
     /// [default: tuning, as many as the profile sets]
-    #[arg(long, value_name = "tuning|v1|A,B,..")]
+    #[arg(long, value_name = "tuning|SET|A,B,..")]
     seeds: Option<Seeds>,
-    /// Trees per seed [default: by seed set and profile, 6]
+    /// Trees per seed [default: by seed set and profile]
     #[arg(long, value_name = "N")]
     trees: Option<u32>,
     /// Nominal episodes per tree, each from another start pose of the robot, to separate the variance within trees from that between trees
-    /// [default: 3 with --seeds v1, else 1]
+    /// [default: by seed set; 1 on other seeds]
     #[arg(long, value_name = "N")]
     repeats: Option<u32>,
     /// Length of a harvest episode in seconds; does not apply to exhaustion [default: by profile]
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     horizon: Option<f64>,
-    /// Conditions or sweeps of the harvest: nominal; foliage (0, 0.3, 0.6, 1, 1.5), fruit (20, 40, 60), terrain (0, 0.05, 0.1,
-    /// 0.2 m); one value of a sweep, such as foliage-1.5; exhaustion: nominal until no reachable fruit is left, at most 600 s
-    /// [default: nominal and all sweeps]
+    /// Conditions of the harvest: names of conditions, groups and sweeps; one value of a sweep, such as foliage-1.5; exhaustion: nominal until no
+    /// reachable fruit is left, at most 600 s [default: by profile]
     #[arg(long, value_name = "A,B,..", value_delimiter = ',')]
     conditions: Option<Vec<String>>,
     /// Record every harvest episode as an MCAP file, about 20 MB for 75 s; episodes without a complete recording are run again
@@ -96,14 +107,26 @@ pub struct Args {
     /// Compute only part I of N: every N-th record; `orchard merge` combines the parts
     #[arg(long, value_name = "I/N")]
     shard: Option<Shard>,
-    /// Folder for the results: new, or with results of the same plan [default: results/bench-v1-PROFILE, followed by the options that
+    /// Folder for the results: new, or with results of the same plan [default: results/BENCHMARK-PROFILE, followed by the options that
     /// change the plan, such as -expert or -v1]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Processor for the batches of the scaling task: cpu, or gpu (any Vulkan, Metal or DirectX 12 device). Robot and camera always run
-    /// on the CPU [default: cpu]
-    #[arg(long, value_name = "cpu|gpu")]
-    backend: Option<Backend>,
+}
+
+impl RunArgs {
+    /// The harvest alone.
+    pub fn of_harvest(self) -> Args {
+        Args { tasks: Some(vec![TaskName::Harvest]), run: self, backend: None }
+    }
+}
+
+/// A benchmark: the name of its command and of its protocol, if that is not v1.
+#[derive(Debug, Clone, Copy)]
+pub struct Benchmark {
+    /// Name of the command.
+    pub command: &'static str,
+    /// Name of the protocol.
+    pub protocol: Option<&'static str>,
 }
 
 /// A task of the benchmark.
@@ -150,19 +173,29 @@ impl ProfileName {
 /// Seeds of a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Seeds {
-    Tuning,
-    V1,
+    Set(SeedSetName),
     List(Vec<u64>),
 }
 
 impl Seeds {
     /// Returns the seeds as a list.
-    pub fn resolve(&self, protocol: &Protocol) -> Vec<u64> {
+    ///
+    /// # Errors
+    /// A set that is not of this benchmark.
+    pub fn resolve(&self, protocol: &Protocol) -> Result<Vec<u64>, String> {
         match self {
-            Seeds::List(seeds) => seeds.clone(),
-            Seeds::Tuning => protocol.tuning_seeds.clone(),
-            Seeds::V1 => protocol.v1_seeds(),
+            Seeds::List(seeds) => Ok(seeds.clone()),
+            Seeds::Set(SeedSetName::Tuning) => Ok(protocol.tuning_seeds.clone()),
+            Seeds::Set(set) if *set == protocol.official => Ok(protocol.official_seeds()),
+            Seeds::Set(set) => {
+                Err(format!("--seeds {set}: the sets of this benchmark are tuning and {}", protocol.official))
+            }
         }
+    }
+
+    /// True for a set of official seeds.
+    fn is_official(&self) -> bool {
+        matches!(self, Seeds::Set(set) if set.is_official())
     }
 }
 
@@ -175,28 +208,41 @@ impl std::str::FromStr for Seeds {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        match text {
-            "tuning" => return Ok(Seeds::Tuning),
-            "v1" => return Ok(Seeds::V1),
-            _ => {}
+        let named =
+            SeedSetName::ALL.into_iter().find(|set| set.name() == text && *set != SeedSetName::Custom);
+        if let Some(set) = named {
+            return Ok(Seeds::Set(set));
         }
         text.split(',')
             .map(|seed| {
-                seed.trim()
-                    .parse()
-                    .map_err(|_| format!("'{seed}' is not a seed: use 'tuning', 'v1', or whole numbers >= 0"))
+                seed.trim().parse().map_err(|_| {
+                    format!("'{seed}' is not a seed: use 'tuning', 'v1' or 'field-v1', or whole numbers >= 0")
+                })
             })
             .collect::<Result<_, _>>()
             .map(Seeds::List)
     }
 }
 
+/// The benchmark of this command.
+const BENCHMARK: Benchmark = Benchmark { command: "bench-v1", protocol: None };
+
 pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
+    run_benchmark(args, BENCHMARK, program)
+}
+
+/// Runs tasks of a benchmark.
+///
+/// # Errors
+/// Bad input, a run that was interrupted or failed.
+pub fn run_benchmark(args: &Args, benchmark: Benchmark, program: &Program) -> Result<(), Failure> {
+    let RunArgs { record, shard, threads, .. } = args.run;
     // All input is checked before anything is computed.
-    let scenario = args.scenario.resolve(program)?;
+    let scenario = args.run.scenario.resolve(program)?;
+    let scenario = benchmark.protocol.map_or(scenario.clone(), |name| scenario.on_protocol(name));
     let plans = plans::plans(args, &scenario)?;
-    let out = args.out.clone().unwrap_or_else(|| plans::default_out(args));
-    let tasks = plans.iter().map(|plan| plans::task(plan, &scenario, &out, args.record));
+    let out = args.run.out.clone().unwrap_or_else(|| plans::default_out(args, benchmark));
+    let tasks = plans.iter().map(|plan| plans::task(plan, &scenario, &out, record));
     let tasks = tasks.collect::<Result<Vec<_>, Failure>>()?;
     // A missing device is reported before the first task starts.
     scaling::check_device(&plans, &scenario)?;
@@ -206,10 +252,10 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
         task.check(&store).map_err(|e| Failure::BadInput(format!("--out: {e}")))?;
     }
     let stop = program.stop()?;
-    let shard = args.shard.unwrap_or(Shard::WHOLE);
+    let shard = shard.unwrap_or(Shard::WHOLE);
     let written = PlanFile::write(&store, &plans, &scenario.stored(), shard);
     written.map_err(|e| Failure::Failed(e.to_string()))?;
-    let threads = args.threads.map_or_else(default_threads, |threads| threads as usize);
+    let threads = threads.map_or_else(default_threads, |threads| threads as usize);
     let session = Session { store: &store, threads, shard, stop };
     if let Some(line) = scenario.differences() {
         say!("scenario: {line}");
@@ -236,10 +282,11 @@ mod tests {
 
     #[test]
     fn seeds_on_the_command_line() {
-        assert_eq!("tuning".parse(), Ok(Seeds::Tuning));
-        assert_eq!("v1".parse(), Ok(Seeds::V1));
+        for set in [SeedSetName::Tuning, SeedSetName::V1, SeedSetName::FieldV1] {
+            assert_eq!(set.name().parse(), Ok(Seeds::Set(set)));
+        }
         assert_eq!("5, 6".parse(), Ok(Seeds::List(vec![5, 6])));
-        for bad in ["", "5,", "-1", "1.5", "all", "v2"] {
+        for bad in ["", "5,", "-1", "1.5", "all", "v2", "custom"] {
             assert!(bad.parse::<Seeds>().is_err(), "{bad}");
         }
     }

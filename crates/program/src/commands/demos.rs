@@ -144,7 +144,7 @@ fn plan(args: &Args, episodes: u32, program: &Program) -> Result<Plan, Failure> 
     let pixels = spaces.pixels.map(|_| Pixels { height: args.pixels_size, width: args.pixels_size, hz });
     let control = Control::named(&args.control).map_err(option)?;
     let spaces = Spaces { pixels, control, control_hz: args.control_hz, ..spaces };
-    let seeds = args.seeds.resolve(&Protocol::of_scenario(&scenario)?);
+    let seeds = args.seeds.resolve(&Protocol::of_scenario(&scenario)?).map_err(Failure::BadInput)?;
     let via = if args.policy_actions { Via::Actions } else { Via::Commands };
     Plan::new(scenario, Settings { spaces, ..settings }, via, seeds, episodes).map_err(|e| bad(&e))
 }

@@ -9,7 +9,6 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use orchard_bench::store::StoreError;
 use orchard_report::{Figures, PaperFigures, Pictures, page};
-use orchard_tasks::protocol::Protocol;
 
 use crate::failure::Failure;
 use crate::out_folder::open_folder;
@@ -68,7 +67,7 @@ pub fn write(dir: &Path, no_pictures: bool, program: &Program) -> Result<Written
     let (store, _lock) = open_folder("report", dir)?;
     let results = folder::read(dir).map_err(Failure::BadInput)?;
     records::check(dir, &results).map_err(Failure::BadInput)?;
-    let (protocol, paper) = (Protocol::paper(), PaperFigures::paper());
+    let (protocol, paper) = (folder::protocol(dir, program), PaperFigures::paper());
     let figures = Figures::draw(&results, &protocol, &paper).context("cannot draw")?;
     let shown = if no_pictures {
         Pictures {

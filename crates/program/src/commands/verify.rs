@@ -73,7 +73,7 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     let scenario = args.scenario.resolve_or(program, "randomised")?;
     let protocol = Protocol::of_scenario(&scenario)?;
     let robot = scenario.robot().clone();
-    let seeds = args.seeds.resolve(&protocol);
+    let seeds = args.seeds.resolve(&protocol).map_err(Failure::BadInput)?;
     let longest = protocol.verify.longest.si();
     if let Some(file) = &args.record {
         return record(args, file, seeds[0], &scenario, longest);

@@ -3,7 +3,6 @@
 mod labels;
 
 use orchard_leaderboard::{Board, Budget, Class, Entry, pareto_front};
-use orchard_tasks::seeds::SeedSetName;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
@@ -32,7 +31,7 @@ const BUDGET: RGBColor = RGBColor(90, 90, 90);
 /// # Errors
 /// The figure cannot be drawn.
 pub fn pareto(board: &Board) -> Result<Figure, FigureError> {
-    let practice = if board.seed_set == SeedSetName::V1 { "" } else { " (practice: not the official seeds)" };
+    let practice = if board.seed_set.is_official() { "" } else { " (practice: not the official seeds)" };
     let title = format!("OrchardBench {}: completeness against damage{practice}", board.config_version);
     let line = |entry: &Entry| {
         format!("{}: completeness {:.2}, damage {:.2}", entry.name, entry.completeness, entry.damage())

@@ -81,8 +81,8 @@ fn seed_sets(results: &Results) -> Vec<(SeedSetLabel, Vec<String>)> {
 fn of_seeds(label: &SeedSetLabel, tasks: &[String]) -> Option<Markup> {
     let tasks = tasks.join(", ");
     Some(match (label.name, label.whole) {
-        (SeedSetName::V1, true) => return None,
-        (SeedSetName::V1, false) => html! {
+        (SeedSetName::V1 | SeedSetName::FieldV1, true) => return None,
+        (SeedSetName::V1 | SeedSetName::FieldV1, false) => html! {
             strong { "Part of the official seeds (" (tasks) ")." } " A score needs all seeds and trees of the set."
         },
         (SeedSetName::Tuning, whole) => html! {
@@ -97,14 +97,14 @@ fn of_seeds(label: &SeedSetLabel, tasks: &[String]) -> Option<Markup> {
 
 /// An official seed set with another time or fewer repeats is no official result either.
 fn of_time(harvest: &Summary, protocol: &Protocol) -> Option<Markup> {
-    let official = harvest.seed_set.name == SeedSetName::V1;
+    let official = harvest.seed_set.name.is_official();
     let nominal = &harvest.conditions.get("nominal")?.params;
     let as_asked = nominal.horizon_s == protocol.full.horizon.si()
-        && nominal.repeats == protocol.seed_sets.v1.repeats.get();
+        && nominal.repeats == protocol.official_set().repeats.get();
     (official && !as_asked).then(|| {
         html! {
             strong { "Not the official time or repeats." }
-            " The official nominal episode is " (protocol.full.horizon.si()) " s, " (protocol.seed_sets.v1.repeats.get()) " times a tree."
+            " The official nominal episode is " (protocol.full.horizon.si()) " s, " (protocol.official_set().repeats.get()) " times a tree."
         }
     })
 }
@@ -180,13 +180,10 @@ fn machine_line(machine: &Machine) -> String {
 }
 
 fn seed_set(label: &SeedSetLabel) -> String {
-    let name = match label.name {
-        SeedSetName::Tuning => "tuning",
-        SeedSetName::V1 => "v1 (official)",
-        SeedSetName::Custom => "custom",
-    };
+    let official = if label.name.is_official() { " (official)" } else { "" };
+    let name = label.name;
     let part = if label.whole || label.name == SeedSetName::Custom { "" } else { ", incomplete set" };
-    format!("{name}{part}")
+    format!("{name}{official}{part}")
 }
 
 fn list(seeds: &[u64]) -> String {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use maud::{Markup, html};
 use orchard_statistics::{Component, VarianceComponents};
-use orchard_tasks::harvest::metrics::METRICS;
+use orchard_tasks::harvest::metrics::{METRICS, infos};
 use orchard_tasks::harvest::summary::{ConditionSummary, Summary};
 use orchard_tasks::protocol::Protocol;
 
@@ -85,7 +85,7 @@ fn metrics(conditions: &[(&str, &ConditionSummary)], protocol: &Protocol) -> Mar
         row.extend([Cell::number(number(paper, digits)).because(reason), Cell::words(unit(metric))]);
         row
     };
-    let rows: Vec<_> = METRICS.iter().map(|m| row(m.info.name)).collect();
+    let rows: Vec<_> = infos().map(|info| row(info.name)).collect();
     let mut heads = vec!["metric"];
     heads.extend(conditions.iter().flat_map(|(name, _)| [*name, "95 % interval", "n"]));
     heads.extend(["paper, nominal", "unit"]);

@@ -93,7 +93,7 @@ pub fn record(key: &DetectKey, zones: &[Option<Zone>]) -> DetectRecord {
         quarantined: None,
         zone_frame: None,
         fruit: (0..).zip(zones).map(fruit).collect(),
-        densities: plan().protocol.sweeps.densities().into_iter().map(density).collect(),
+        densities: plan().protocol.densities().into_iter().map(density).collect(),
         variants: Vec::new(),
     }
 }

@@ -88,7 +88,7 @@ impl DetectPlan {
     pub fn steps(&self, key: &DetectKey) -> u64 {
         let rules = &self.protocol.detect;
         let ablation = if key.ablation { variants(&self.detector).len() } else { 0 };
-        (self.protocol.sweeps.foliage.len() + ablation) as u64 * u64::from(rules.views.get())
+        (self.protocol.densities().len() + ablation) as u64 * u64::from(rules.views.get())
     }
 
     /// The keys of all trees, seed by seed. The ablation is run on those of the first seed.

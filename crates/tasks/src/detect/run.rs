@@ -129,7 +129,7 @@ impl<T: Trees> Views<'_, T> {
         let mut first: Option<(RestingTree, SharedTruth)> = None;
         let mut densities = Vec::new();
         let mut records = Vec::new();
-        for foliage in self.plan.protocol.sweeps.densities() {
+        for foliage in self.plan.protocol.densities() {
             let tree = self.trees.tree(key.seed, key.world, foliage).map_err(NoRecord::Quarantined)?;
             let stand = self.stand(key, &tree);
             if let Some((bare, there)) = &first

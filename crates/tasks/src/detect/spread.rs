@@ -2,9 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use orchard_statistics::Resamples;
 use orchard_statistics::metric::interval_ends;
-use orchard_statistics::quantile::quantile;
+use orchard_statistics::{Metric, Resamples};
 use serde::{Deserialize, Serialize};
 
 use crate::detect::tally::Tally;
@@ -50,25 +49,9 @@ pub(crate) fn spreads(trees: &[Tally], resamples: &Resamples) -> BTreeMap<String
 }
 
 fn spread(definition: &ErrorDefinition, trees: &[Tally], resamples: &Resamples) -> Spread {
-    // Sorted once, each with its tree: a resample only changes how often a tree's errors count.
-    let mut errors: Vec<(f64, usize)> = Vec::new();
-    for (tree, tally) in trees.iter().enumerate() {
-        errors.extend((definition.errors)(tally).into_iter().map(|error| (error, tree)));
-    }
-    errors.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    let of_trees = |drawn: &[usize]| {
-        let mut times = vec![0_usize; trees.len()];
-        drawn.iter().for_each(|&tree| times[tree] += 1);
-        let pooled: Vec<f64> =
-            errors.iter().flat_map(|&(error, tree)| std::iter::repeat_n(error, times[tree])).collect();
-        quantile(&pooled, definition.quantile)
-    };
-    let all: Vec<usize> = (0..trees.len()).collect();
-    Spread {
-        value: of_trees(&all),
-        ci95: interval_ends(resamples.interval_of(of_trees).ok()),
-        n: errors.len() as u64,
-    }
+    let errors: Vec<Vec<f64>> = trees.iter().map(definition.errors).collect();
+    let Metric { mean: value, ci95, n, .. } = Metric::of_quantile(&errors, definition.quantile, resamples);
+    Spread { value, ci95, n }
 }
 
 /// Sums of the pairs (x, y) of one tree, from which a correlation follows: n, x, y, x x, y y, x y.

@@ -173,7 +173,6 @@ impl DetectSummary {
             quarantined: (trees.len() - seen.len()) as u32,
             densities: plan
                 .protocol
-                .sweeps
                 .densities()
                 .into_iter()
                 .map(|foliage| density(plan, &seen, foliage))

@@ -317,6 +317,9 @@ pub struct DepositEvent {
     /// Bruised volume of the fruit \[m^3\]; absent where the preset has no law of it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bruise_volume_m3: Option<f64>,
+    /// True if that volume exceeds `rules.bruise_volume`; absent without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub over_bruise_volume: Option<bool>,
 }
 
 /// A rupture of wood.
@@ -459,6 +462,14 @@ impl EpisodeRecord {
     pub fn stem_pulled(&self) -> impl Iterator<Item = &DetachEvent> {
         let counts = !self.quarantined();
         self.fruit_detached.iter().filter(move |event| counts && event.stem_pulled)
+    }
+
+    /// Stem tensions at which held fruit came off \[N\]; none in a quarantined world, whose forces are invalid.
+    pub fn detach_tensions(&self) -> Vec<f64> {
+        let knocked_off = |fruit: u32| self.fruit_knocked_off.iter().any(|event| event.fruit == fruit);
+        let picked =
+            self.fruit_detached.iter().filter(|event| !self.quarantined() && !knocked_off(event.fruit));
+        picked.filter_map(|event| event.tension_n).collect()
     }
 
     /// Fruit that came off with their spurs; none in a quarantined world.

@@ -156,7 +156,8 @@ struct EpisodeLog {
     /// Time without contact that closes a contact attempt \[frames\].
     contact_gap: u32,
     frames: u32,
-    x_world_odom: Pose,
+    /// Largest bruised volume of a fruit that is free of bruises \[m^3\].
+    bruise_volume: f64,
     start: Vec<FruitTruth>,
     reachable: Vec<bool>,
     reachable_ik_count: Option<u32>,
@@ -189,7 +190,7 @@ impl EpisodeLog {
             stem_pull: protocol.rules.stem_pull.si(),
             contact_gap: (protocol.rules.contact_gap.si() / frame).round() as u32,
             frames: 0,
-            x_world_odom: world.x_world_odom(),
+            bruise_volume: protocol.rules.bruise_volume.si(),
             zones: ZoneFrame::calibrate(&points, &protocol.zones),
             start,
             reachable,
@@ -214,7 +215,7 @@ impl EpisodeLog {
             match event {
                 ControllerEvent::AttemptStarted { p_odom_target, radius } => {
                     self.end_attempt(Some(ABANDONED.to_owned()));
-                    self.start_attempt(&p_odom_target, radius, &world.fruit());
+                    self.start_attempt(&p_odom_target, radius, &world.fruit(), &world.x_world_odom());
                 }
                 ControllerEvent::StateChanged { state } => {
                     let frames = self.frames;
@@ -249,7 +250,7 @@ impl EpisodeLog {
                     self.gave_up.get_or_insert(GaveUp { time, fault });
                 }
                 ControllerEvent::Detected { p_odom, .. } => {
-                    self.tally(&p_odom, &world.fruit(), &world.visible_fruit());
+                    self.tally(&p_odom, &world.fruit(), &world.visible_fruit(), &world.x_world_odom());
                 }
             }
         }
@@ -266,8 +267,14 @@ impl EpisodeLog {
         }
     }
 
-    fn start_attempt(&mut self, p_odom_target: &Vec3, radius: f64, fruit: &[FruitTruth]) {
-        let p_world = transform(&self.x_world_odom, p_odom_target);
+    fn start_attempt(
+        &mut self,
+        p_odom_target: &Vec3,
+        radius: f64,
+        fruit: &[FruitTruth],
+        x_world_odom: &Pose,
+    ) {
+        let p_world = transform(x_world_odom, p_odom_target);
         let on_tree: Vec<usize> = (0..fruit.len())
             .filter(|&i| matches!(fruit[i].state, FruitState::OnTree | FruitState::OnBrokenLimb))
             .collect();
@@ -302,8 +309,14 @@ impl EpisodeLog {
     }
 
     /// Precision is relative to every fruit, recall to fruit with enough visible pixels.
-    fn tally(&mut self, p_odom: &[Vec3], fruit: &[FruitTruth], visible: &[VisibleFruit]) {
-        let detections: Vec<Vec3> = p_odom.iter().map(|p| transform(&self.x_world_odom, p)).collect();
+    fn tally(
+        &mut self,
+        p_odom: &[Vec3],
+        fruit: &[FruitTruth],
+        visible: &[VisibleFruit],
+        x_world_odom: &Pose,
+    ) {
+        let detections: Vec<Vec3> = p_odom.iter().map(|p| transform(x_world_odom, p)).collect();
         let balls: Vec<Ball> = fruit.iter().map(ball).collect();
         let matched = match_detections(&detections, &balls);
         let hits = matched.iter().flatten().count() as u32;
@@ -372,6 +385,7 @@ impl EpisodeLog {
                     self.history.deposited.push(of(fruit));
                     let fruit = fruit as u32;
                     let bruise = world.fruit_bruise(fruit).and_then(finite);
+                    let volume = world.bruise_volume(fruit).and_then(finite);
                     self.deposits.push(DepositEvent {
                         fruit,
                         frame,
@@ -380,7 +394,8 @@ impl EpisodeLog {
                         impact_energy_j: finite(impact_energy),
                         bruise_energy_j: bruise,
                         bruised: bruise.map(|energy| energy > self.bruise_energy),
-                        bruise_volume_m3: world.bruise_volume(fruit).and_then(finite),
+                        bruise_volume_m3: volume,
+                        over_bruise_volume: volume.map(|volume| volume > self.bruise_volume),
                     });
                 }
                 WorldEvent::FruitDropped { fruit, .. } => self.history.dropped.push(of(fruit)),

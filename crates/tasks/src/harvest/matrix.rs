@@ -1,13 +1,15 @@
-//! The benchmark's matrix: its conditions, grouped in sweeps.
+//! The benchmark's matrix: its conditions, in sweeps and groups.
 //!
-//! A sweep varies one dial of the worlds. Except for the effect of the dial, trees, fruit sites and start poses are those of the nominal
-//! condition, so that conditions can be compared tree by tree.
+//! A condition is a list of changes of the scenario, which the protocol holds as data. A sweep varies one dial of the worlds. Except for the
+//! effect of the dial, trees, fruit sites and start poses are those of the reference condition, so that conditions can be compared tree by
+//! tree. A group holds conditions that differ in other ways: in the population of the trees, the camera, the robot.
 
-use orchard_quantity::{Count, Quantity};
+use std::collections::BTreeMap;
+
+use orchard_quantity::Quantity;
+use orchard_scenario::{Changes, Scenario};
 use orchard_spec::Spec;
 use serde::{Deserialize, Serialize};
-
-use crate::harvest::metrics::METRICS;
 
 /// Name of the preset's own condition.
 pub const NOMINAL: &str = "nominal";
@@ -17,57 +19,104 @@ pub const EXHAUSTION: &str = "exhaustion";
 /// Most values of a sweep, our own choice: each is a condition, and conditions are compared with each other.
 const MOST_VALUES: usize = 100;
 
-/// The values of each dial, and the tested metrics.
+/// A sweep: values of one figure of the worlds.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Sweeps {
-    /// Foliage densities, the paper's dial; those of the detection task too.
-    pub foliage: Vec<Quantity>,
-    /// Requested number of fruit per tree.
-    pub fruit: Vec<Count>,
-    /// Amplitudes of the ground.
-    pub terrain: Vec<Quantity>,
-    /// Metrics for the paired tests against the nominal condition.
-    pub tested: Vec<String>,
+pub struct SweepRules {
+    /// Path of the figure in the world's config, such as `foliage.density`.
+    pub path: String,
+    /// Values of the figure, in its unit.
+    pub values: Vec<Quantity>,
+    /// Condition that the others are compared with, and that they are like but for the dial; without it the nominal one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reference: Option<String>,
+    /// What else changes where the dial is turned: it switches on what the figure belongs to. Where it changes something, the dial stands at 0
+    /// in the reference.
+    #[serde(default, skip_serializing_if = "Changes::is_empty")]
+    pub on: Changes,
+    /// What changes at the value 0, instead of the figure, where the dial stands elsewhere in the reference.
+    #[serde(default, skip_serializing_if = "Changes::is_empty")]
+    pub off: Changes,
 }
 
-impl Sweeps {
-    /// Foliage densities.
-    pub fn densities(&self) -> Vec<f64> {
-        self.foliage.iter().map(Quantity::si).collect()
+impl SweepRules {
+    /// Values of the dial.
+    pub fn dial(&self) -> Vec<f64> {
+        self.values.iter().map(Quantity::value).collect()
     }
 
-    /// Returns the first problem of the values, as (field, problem).
-    pub(crate) fn problem(&self) -> Option<(&'static str, String)> {
-        let fields = ["sweeps.foliage", "sweeps.fruit", "sweeps.terrain"];
-        for (field, dial) in fields.into_iter().zip(Dial::ALL) {
-            let values = dial.values(self);
+    fn reference(&self) -> &str {
+        self.reference.as_deref().unwrap_or(NOMINAL)
+    }
+}
+
+/// Name of the condition of a sweep with its dial at a value.
+fn at(sweep: &str, value: f64) -> String {
+    format!("{sweep}-{value}")
+}
+
+/// The conditions of a protocol: its sweeps, and groups of single conditions.
+#[derive(Debug, Clone, Copy)]
+pub struct MatrixRules<'a> {
+    /// Sweeps by name.
+    pub sweeps: &'a BTreeMap<String, SweepRules>,
+    /// Groups of conditions by name, and in them what each condition changes.
+    pub groups: &'a BTreeMap<String, BTreeMap<String, Changes>>,
+}
+
+impl<'a> MatrixRules<'a> {
+    /// Returns the first problem, as (field, problem).
+    pub(crate) fn problem(self) -> Option<(String, String)> {
+        for (name, sweep) in self.sweeps {
+            let wrong = |problem: String| Some((format!("sweeps.{name}"), problem));
+            let values = sweep.dial();
             if values.is_empty() {
-                return Some((field, "no value".to_owned()));
+                return wrong("no value".to_owned());
             }
             if values.len() > MOST_VALUES {
-                return Some((field, format!("{} values are more than {MOST_VALUES}", values.len())));
+                return wrong(format!("{} values are more than {MOST_VALUES}", values.len()));
             }
             if !values.is_sorted_by(|a, b| a < b) {
-                return Some((field, "values must ascend without duplicates".to_owned()));
+                return wrong("values must ascend without duplicates".to_owned());
+            }
+            let (first, others) = sweep.values.split_first()?;
+            if others.iter().any(|value| value.unit() != first.unit()) {
+                return wrong("values must have one unit".to_owned());
+            }
+            let reference = sweep.reference();
+            if reference != NOMINAL && self.single(reference).is_none() {
+                let known: Vec<&str> = self.singles().map(|(name, _)| name.as_str()).collect();
+                let problem =
+                    format!("{reference} is no condition; there are {NOMINAL}, {}", known.join(", "));
+                return Some((format!("sweeps.{name}.reference"), problem));
             }
         }
-        let unknown = self.tested.iter().find(|name| !METRICS.iter().any(|m| m.info.name == **name));
-        unknown.map(|name| ("sweeps.tested", format!("{name} is not a metric of the harvest")))
+        // A name stands in names of files.
+        let names = self.names();
+        let plain = |c: char| c.is_ascii_alphanumeric() || "-.".contains(c);
+        if let Some(name) = names.iter().find(|name| name.is_empty() || !name.chars().all(plain)) {
+            let problem = format!("the name '{name}' has other characters than letters, digits, - and .");
+            return Some(("conditions".to_owned(), problem));
+        }
+        let twice = (1..names.len()).find(|&i| names[..i].contains(&names[i]));
+        twice.map(|i| ("conditions".to_owned(), format!("the name {} is there twice", names[i])))
     }
 
-    /// Names that [`Matrix::choose`] accepts for any worlds: sweeps, conditions, and `DIAL-VALUE` for every value of a sweep.
-    fn names(&self) -> Vec<String> {
-        let of = |dial: Dial| dial.values(self).into_iter().map(move |value| dial.condition(value));
-        let mut names: Vec<String> = Dial::ALL.map(|dial| dial.name().to_owned()).into();
+    /// Names that [`Matrix::choose`] accepts for any worlds: sweeps, groups, conditions, and `SWEEP-VALUE` for every value of a sweep.
+    fn names(self) -> Vec<String> {
+        let of = |(name, sweep): (&'a String, &'a SweepRules)| {
+            sweep.dial().into_iter().map(move |value| at(name, value))
+        };
+        let mut names: Vec<String> = self.sweeps.keys().chain(self.groups.keys()).cloned().collect();
         names.push(NOMINAL.to_owned());
-        names.extend(Dial::ALL.into_iter().flat_map(of));
+        names.extend(self.singles().map(|(name, _)| name.clone()));
+        names.extend(self.sweeps.iter().flat_map(of));
         names.push(EXHAUSTION.to_owned());
         names
     }
 
-    /// Checks names of conditions and sweeps.
-    pub(crate) fn check_names(&self, names: &[String]) -> Result<(), String> {
+    /// Checks names of conditions, groups and sweeps.
+    pub(crate) fn check_names(self, names: &[String]) -> Result<(), String> {
         let known = self.names();
         match names.iter().find(|name| !known.contains(name)) {
             _ if names.is_empty() => Err("no condition".to_owned()),
@@ -77,67 +126,14 @@ impl Sweeps {
             None => Ok(()),
         }
     }
-}
 
-/// The dial of a sweep.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Dial {
-    Foliage,
-    Fruit,
-    Terrain,
-}
-
-impl Dial {
-    const ALL: [Self; 3] = [Self::Foliage, Self::Fruit, Self::Terrain];
-
-    /// Name of its sweep.
-    fn name(self) -> &'static str {
-        match self {
-            Self::Foliage => "foliage",
-            Self::Fruit => "fruit",
-            Self::Terrain => "terrain",
-        }
+    /// Conditions outside sweeps.
+    fn singles(self) -> impl Iterator<Item = (&'a String, &'a Changes)> {
+        self.groups.values().flatten()
     }
 
-    /// Name of the condition with the dial at a value.
-    fn condition(self, value: f64) -> String {
-        format!("{}-{value}", self.name())
-    }
-
-    /// Unit in names of conditions and in results.
-    fn unit(self) -> &'static str {
-        match self {
-            Self::Foliage => "1",
-            Self::Fruit => "fruit",
-            Self::Terrain => "m",
-        }
-    }
-
-    /// Values in a sweep.
-    fn values(self, sweeps: &Sweeps) -> Vec<f64> {
-        match self {
-            Self::Foliage => sweeps.densities(),
-            Self::Fruit => sweeps.fruit.iter().map(|count| f64::from(count.get())).collect(),
-            Self::Terrain => sweeps.terrain.iter().map(Quantity::si).collect(),
-        }
-    }
-
-    /// Returns its value in some worlds.
-    fn of(self, dials: &Dials) -> f64 {
-        match self {
-            Self::Foliage => dials.foliage_density,
-            Self::Fruit => f64::from(dials.fruit_count),
-            Self::Terrain => dials.terrain_amplitude_m,
-        }
-    }
-
-    /// Returns the dials with this one set to a value.
-    fn turned(self, dials: Dials, value: f64) -> Dials {
-        match self {
-            Self::Foliage => Dials { foliage_density: value, ..dials },
-            Self::Fruit => Dials { fruit_count: value as u32, ..dials },
-            Self::Terrain => Dials { terrain_amplitude_m: value, ..dials },
-        }
+    fn single(self, name: &str) -> Option<&'a Changes> {
+        self.singles().find(|(own, _)| *own == name).map(|(_, changes)| changes)
     }
 }
 
@@ -161,24 +157,6 @@ impl Dials {
             terrain_amplitude_m: if spec.terrain.enabled { spec.terrain.amplitude.si() } else { 0.0 },
         }
     }
-
-    /// Returns a config with these dial values.
-    ///
-    /// # Errors
-    /// A value outside the range that the config allows.
-    pub fn turn(&self, spec: &Spec) -> Result<Spec, String> {
-        let mut spec = spec.clone();
-        let named = |field: &'static str| move |e: String| format!("{field}: {e}");
-        spec.fruit.count = spec.fruit.count.with_value(self.fruit_count).map_err(named("fruit.count"))?;
-        spec.foliage.density =
-            spec.foliage.density.with_value(self.foliage_density).map_err(named("foliage.density"))?;
-        spec.terrain.enabled = self.terrain_amplitude_m > 0.0;
-        if spec.terrain.enabled {
-            let amplitude = spec.terrain.amplitude.with_value(self.terrain_amplitude_m);
-            spec.terrain.amplitude = amplitude.map_err(named("terrain.amplitude"))?;
-        }
-        Ok(spec)
-    }
 }
 
 /// A condition of the matrix.
@@ -186,8 +164,28 @@ impl Dials {
 pub struct MatrixCondition {
     /// Name.
     pub name: String,
-    /// Worlds.
-    pub dials: Dials,
+    /// What it changes, one after the other.
+    pub changes: Vec<Changes>,
+    /// Figure of the world that it sets in the end: path, and value in the figure's unit.
+    pub figure: Option<(String, f64)>,
+}
+
+impl MatrixCondition {
+    /// The condition's scenario.
+    ///
+    /// # Errors
+    /// A change that the scenario does not allow.
+    pub fn of(&self, scenario: &Scenario) -> Result<Scenario, ConditionError> {
+        let wrong = |problem: String| ConditionError::OutOfRange { condition: self.name.clone(), problem };
+        let mut changed = scenario.clone();
+        for changes in &self.changes {
+            changed = changed.changed(changes, "the protocol").map_err(|e| wrong(e.to_string()))?;
+        }
+        let Some((path, value)) = &self.figure else { return Ok(changed) };
+        let set = changed.spec().with_figures("", &[(path, *value)]);
+        let set = set.map_err(|e| wrong(format!("{}: {}", e.field, e.problem)))?;
+        Ok(changed.with_spec(set))
+    }
 }
 
 /// A sweep of the matrix: conditions along one dial.
@@ -197,6 +195,8 @@ pub struct MatrixSweep {
     pub name: String,
     /// Unit of the values.
     pub unit: String,
+    /// The condition that the others are compared with.
+    pub reference: String,
     /// Conditions, by ascending value.
     pub points: Vec<SweepPoint>,
 }
@@ -217,19 +217,24 @@ pub struct Matrix {
     pub conditions: Vec<MatrixCondition>,
     /// Sweeps.
     pub sweeps: Vec<MatrixSweep>,
+    /// Groups by name, with the names of their conditions.
+    pub groups: Vec<(String, Vec<String>)>,
 }
 
 /// A condition that cannot be run.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ConditionError {
     /// A name that is not in the matrix.
-    #[error("{name} is neither a condition nor a sweep; the names are {known}")]
+    #[error("{name} is neither a condition nor a group or sweep of them; the names are {known}")]
     Unknown {
         /// The name.
         name: String,
-        /// Sweeps and conditions of the matrix.
+        /// Sweeps, groups and conditions of the matrix.
         known: String,
     },
+    /// A name that is no condition's.
+    #[error("no condition {0}")]
+    None(String),
     /// Worlds that the config does not allow.
     #[error("{condition}: {problem}")]
     OutOfRange {
@@ -241,25 +246,76 @@ pub enum ConditionError {
 }
 
 impl Matrix {
-    /// The matrix with a config's own worlds as the nominal condition.
-    pub fn of(rules: &Sweeps, spec: &Spec) -> Self {
-        let nominal = Dials::of(spec);
-        let condition = |name: &str, dials| MatrixCondition { name: name.to_owned(), dials };
-        let mut conditions = vec![condition(NOMINAL, nominal)];
+    /// The matrix with a scenario as the nominal condition.
+    ///
+    /// # Errors
+    /// A sweep along a figure that its reference condition does not have.
+    pub fn of(rules: MatrixRules<'_>, scenario: &Scenario) -> Result<Self, ConditionError> {
+        let condition = |name: &str, changes: Vec<Changes>| MatrixCondition {
+            name: name.to_owned(),
+            changes,
+            figure: None,
+        };
+        let mut conditions = vec![condition(NOMINAL, Vec::new())];
+        conditions.extend(rules.singles().map(|(name, changes)| condition(name, vec![changes.clone()])));
         let mut sweeps = Vec::new();
-        for dial in Dial::ALL {
+        for (name, sweep) in rules.sweeps {
+            let like: Vec<Changes> = rules.single(sweep.reference()).into_iter().cloned().collect();
+            let mut on = like.clone();
+            on.extend(Some(&sweep.on).filter(|on| !on.is_empty()).cloned());
+            let stands = Self::stands(sweep, &like, name, scenario)?;
             let point = |value: f64| {
-                let is_nominal = value == dial.of(&nominal);
-                let name = if is_nominal { NOMINAL.to_owned() } else { dial.condition(value) };
-                SweepPoint { condition: name, value }
+                let is_reference = value == stands;
+                let condition = if is_reference { sweep.reference().to_owned() } else { at(name, value) };
+                SweepPoint { condition, value }
             };
-            let points: Vec<SweepPoint> = dial.values(rules).into_iter().map(point).collect();
-            let others = points.iter().filter(|point| point.condition != NOMINAL);
-            conditions.extend(others.map(|p| condition(&p.condition, dial.turned(nominal, p.value))));
-            sweeps.push(MatrixSweep { name: dial.name().to_owned(), unit: dial.unit().to_owned(), points });
+            let points: Vec<SweepPoint> = sweep.dial().into_iter().map(point).collect();
+            let others = points.iter().filter(|point| point.condition != sweep.reference());
+            conditions.extend(others.map(|point| {
+                let name = point.condition.clone();
+                if point.value == 0.0 && !sweep.off.is_empty() {
+                    let changes = like.iter().chain([&sweep.off]).cloned().collect();
+                    return MatrixCondition { name, changes, figure: None };
+                }
+                let figure = Some((sweep.path.clone(), point.value));
+                MatrixCondition { name, changes: on.clone(), figure }
+            }));
+            let unit = sweep.values.first().map_or("", |value| value.unit().symbol()).to_owned();
+            let reference = sweep.reference().to_owned();
+            sweeps.push(MatrixSweep { name: name.clone(), unit, reference, points });
         }
-        conditions.push(condition(EXHAUSTION, nominal));
-        Self { conditions, sweeps }
+        conditions.push(condition(EXHAUSTION, Vec::new()));
+        let groups = rules.groups.iter().map(|(name, of)| (name.clone(), of.keys().cloned().collect()));
+        Ok(Self { conditions, sweeps, groups: groups.collect() })
+    }
+
+    /// Value of a sweep's dial in its reference condition, which makes the changes `like`.
+    fn stands(
+        sweep: &SweepRules,
+        like: &[Changes],
+        name: &str,
+        scenario: &Scenario,
+    ) -> Result<f64, ConditionError> {
+        let wrong = |problem: String| ConditionError::OutOfRange { condition: name.to_owned(), problem };
+        let laid = |spec: &Spec, changes: &Changes| {
+            changes.of_world(spec, "the protocol").map_err(|e| wrong(e.to_string()))
+        };
+        let mut reference = (**scenario.spec()).clone();
+        for changes in like {
+            reference = laid(&reference, changes)?;
+        }
+        if !sweep.on.is_empty() && laid(&reference, &sweep.on)? != reference {
+            return Ok(0.0);
+        }
+        let figure = reference.figure(&sweep.path);
+        let figure = figure.ok_or_else(|| wrong(format!("the world has no figure {}", sweep.path)))?;
+        let unit = sweep.values.first().map(Quantity::unit);
+        match unit.filter(|unit| *unit != figure.unit()) {
+            None => Ok(figure.value()),
+            Some(unit) => {
+                Err(wrong(format!("{} is in {}, not {}", sweep.path, figure.unit().symbol(), unit.symbol())))
+            }
+        }
     }
 
     /// A condition by its name.
@@ -267,8 +323,8 @@ impl Matrix {
         self.conditions.iter().find(|condition| condition.name == name)
     }
 
-    /// Resolves names of conditions and sweeps to conditions, each once, in the order of the matrix. `DIAL-VALUE` is the
-    /// nominal condition where that is its value.
+    /// Resolves names of conditions, groups and sweeps to conditions, each once, in the order of the matrix. `SWEEP-VALUE` is the
+    /// sweep's reference condition where that is its value.
     ///
     /// # Errors
     /// A name that is neither.
@@ -276,13 +332,17 @@ impl Matrix {
         let of_sweep = |name: &str| self.sweeps.iter().find(|sweep| sweep.name == name);
         let mut chosen: Vec<&str> = Vec::new();
         for name in names {
-            match (self.condition(name), of_sweep(name)) {
-                (Some(condition), _) => chosen.push(&condition.name),
-                (None, Some(sweep)) => chosen.extend(sweep.points.iter().map(|p| p.condition.as_str())),
-                (None, None) if self.names_nominal(name) => chosen.push(NOMINAL),
-                (None, None) => {
-                    return Err(ConditionError::Unknown { name: name.clone(), known: self.known() });
-                }
+            let group = self.groups.iter().find(|(own, _)| own == name);
+            if let Some(condition) = self.condition(name) {
+                chosen.push(&condition.name);
+            } else if let Some(sweep) = of_sweep(name) {
+                chosen.extend(sweep.points.iter().map(|p| p.condition.as_str()));
+            } else if let Some((_, conditions)) = group {
+                chosen.extend(conditions.iter().map(String::as_str));
+            } else if let Some(reference) = self.reference_by(name) {
+                chosen.push(reference);
+            } else {
+                return Err(ConditionError::Unknown { name: name.clone(), known: self.known() });
             }
         }
         Ok(self.conditions.iter().filter(|condition| chosen.contains(&condition.name.as_str())).collect())
@@ -298,118 +358,22 @@ impl Matrix {
         self.sweeps.iter().map(cut).filter(|sweep| sweep.points.len() > 1).collect()
     }
 
-    /// True if the name is `DIAL-VALUE` with the nominal value of the dial.
-    fn names_nominal(&self, name: &str) -> bool {
-        Dial::ALL.iter().zip(&self.sweeps).any(|(dial, sweep)| {
-            let nominal = |point: &&SweepPoint| point.condition == NOMINAL;
-            sweep.points.iter().filter(nominal).any(|point| dial.condition(point.value) == name)
+    /// The reference condition of a sweep, if the name is `SWEEP-VALUE` with its value.
+    fn reference_by(&self, name: &str) -> Option<&str> {
+        self.sweeps.iter().find_map(|sweep| {
+            let mut points = sweep.points.iter().filter(|point| point.condition == sweep.reference);
+            points.any(|point| at(&sweep.name, point.value) == name).then_some(sweep.reference.as_str())
         })
     }
 
     fn known(&self) -> String {
-        let sweeps = self.sweeps.iter().map(|sweep| sweep.name.as_str());
+        let groups = self.groups.iter().map(|(name, _)| name.as_str());
+        let sweeps = self.sweeps.iter().map(|sweep| sweep.name.as_str()).chain(groups);
         let conditions = self.conditions.iter().map(|condition| condition.name.as_str());
         sweeps.chain(conditions).collect::<Vec<_>>().join(", ")
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::protocol::Protocol;
-
-    fn matrix() -> Matrix {
-        Matrix::of(&Protocol::paper().sweeps, &Spec::paper())
-    }
-
-    fn names(chosen: &[&MatrixCondition]) -> Vec<String> {
-        chosen.iter().map(|condition| condition.name.clone()).collect()
-    }
-
-    #[test]
-    fn the_matrix_is_the_papers() {
-        let all: Vec<String> = matrix().conditions.iter().map(|c| c.name.clone()).collect();
-        let expected = [
-            "nominal",
-            "foliage-0",
-            "foliage-0.3",
-            "foliage-1",
-            "foliage-1.5",
-            "fruit-20",
-            "fruit-60",
-            "terrain-0.05",
-            "terrain-0.1",
-            "terrain-0.2",
-            "exhaustion",
-        ];
-        assert_eq!(all, expected);
-        let values: Vec<Vec<f64>> =
-            matrix().sweeps.iter().map(|sweep| sweep.points.iter().map(|p| p.value).collect()).collect();
-        assert_eq!(
-            values,
-            [vec![0.0, 0.3, 0.6, 1.0, 1.5], vec![20.0, 40.0, 60.0], vec![0.0, 0.05, 0.1, 0.2]]
-        );
-        // The nominal condition is in every sweep once.
-        for sweep in matrix().sweeps {
-            assert_eq!(sweep.points.iter().filter(|p| p.condition == NOMINAL).count(), 1, "{}", sweep.name);
-        }
-    }
-
-    #[test]
-    fn sweeps_and_conditions_are_chosen_by_name() {
-        let matrix = matrix();
-        let choose = |list: &[&str]| {
-            let list: Vec<String> = list.iter().map(|name| (*name).to_owned()).collect();
-            matrix.choose(&list).map(|chosen| names(&chosen)).map_err(|e| e.to_string())
-        };
-        assert_eq!(choose(&["terrain-0.2", "nominal"]).unwrap(), ["nominal", "terrain-0.2"]);
-        assert_eq!(choose(&["fruit", "nominal"]).unwrap(), ["nominal", "fruit-20", "fruit-60"]);
-        // `DIAL-VALUE` with the nominal value is the nominal condition.
-        assert_eq!(choose(&["fruit-40", "foliage-0.6", "terrain-0"]).unwrap(), ["nominal"]);
-        assert!(choose(&["fruit-41"]).is_err());
-        assert!(choose(&[]).unwrap().is_empty());
-        let e = choose(&["windy"]).unwrap_err();
-        assert!(
-            e.starts_with(
-                "windy is neither a condition nor a sweep; the names are foliage, fruit, terrain, nominal"
-            ),
-            "{e}"
-        );
-        // A sweep with only one condition is left out.
-        assert!(matrix.sweeps_of(&["nominal", "exhaustion"]).is_empty());
-        let cut = matrix.sweeps_of(&["nominal", "fruit-60"]);
-        assert_eq!((cut.len(), cut[0].name.as_str(), cut[0].points.len()), (1, "fruit", 2));
-    }
-
-    #[test]
-    fn names_are_checked_without_worlds() {
-        let sweeps = Protocol::paper().sweeps;
-        let check = |list: &[&str]| {
-            sweeps.check_names(&list.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>())
-        };
-        assert_eq!(
-            check(&["nominal", "exhaustion", "fruit", "fruit-40", "fruit-20", "terrain-0.05"]),
-            Ok(())
-        );
-        assert_eq!(check(&[]), Err("no condition".to_owned()));
-        let e = check(&["nominal", "fruit-41"]).unwrap_err();
-        assert!(
-            e.starts_with(
-                "fruit-41 is neither a condition nor a sweep; the names are foliage, fruit, terrain,"
-            ),
-            "{e}"
-        );
-    }
-
-    #[test]
-    fn dials_turn_a_config_and_nothing_else() {
-        let spec = Spec::paper();
-        assert_eq!(Dials::of(&spec).turn(&spec).as_ref(), Ok(&spec));
-        let dials = Dials { fruit_count: 20, foliage_density: 1.5, terrain_amplitude_m: 0.1 };
-        let turned = dials.turn(&spec).unwrap();
-        assert_eq!(Dials::of(&turned), dials);
-        assert_eq!(Dials::of(&spec).turn(&turned).map(|spec| Dials::of(&spec)), Ok(Dials::of(&spec)));
-        let e = Dials { terrain_amplitude_m: 3.0, ..dials }.turn(&spec).unwrap_err();
-        assert!(e.starts_with("terrain.amplitude: ") && e.contains("0.2"), "{e}");
-    }
-}
+#[path = "matrix_tests.rs"]
+mod tests;

@@ -1,10 +1,10 @@
-//! Metrics of the harvest, each a ratio of sums over trees. `docs/benchmark-v1.md` shows this table and states the rules of its events.
+//! Metrics of the harvest: ratios of sums over trees, and quantiles over their fruit. `docs/benchmark-v1.md` shows this table and states the rules of its events.
 
-use orchard_statistics::{MetricDefinition, MetricInfo, Share};
+use orchard_statistics::{MetricDefinition, MetricInfo, QuantileDefinition, Share};
 
-use crate::harvest::episode::EpisodeRecord;
+use crate::harvest::episode::{DepositEvent, EpisodeRecord};
 
-/// All metrics of the harvest.
+/// Metrics of the harvest that are ratios.
 pub const METRICS: &[MetricDefinition<EpisodeRecord>] = &[
     MetricDefinition {
         info: MetricInfo {
@@ -234,6 +234,20 @@ pub const METRICS: &[MetricDefinition<EpisodeRecord>] = &[
     },
     MetricDefinition {
         info: MetricInfo {
+            name: "bruise_free_share",
+            title: "Free of bruises",
+            unit: "1",
+            numerator: "deposits of fruit that took no impact above `rules.bruise_energy` and, where the preset has a law of bruises, no bruise by impact or squeeze above `rules.bruise_volume`",
+            denominator: "deposits with recorded impacts",
+            note: "Without that law, as in preset `paper`, squeezes leave no bruise and it is `unbruised_per_placement`",
+        },
+        share: |e| {
+            let free = |d: &DepositEvent| Some(!d.bruised? && d.over_bruise_volume != Some(true));
+            Share::of_values(e.deposits().filter_map(free).map(f64::from))
+        },
+    },
+    MetricDefinition {
+        info: MetricInfo {
             name: "max_stem_pull_n",
             title: "Largest stem pull",
             unit: "N",
@@ -270,6 +284,39 @@ pub const METRICS: &[MetricDefinition<EpisodeRecord>] = &[
     },
 ];
 
+/// Metrics of the harvest that are quantiles.
+pub const QUANTILES: &[QuantileDefinition<EpisodeRecord>] = &[
+    QuantileDefinition {
+        info: MetricInfo {
+            name: "detach_tension_p95_n",
+            title: "Tension at detachment, 95th percentile",
+            unit: "N",
+            numerator: "95th percentile of the stem tensions at which held fruit came off",
+            denominator: "all trees together",
+            note: "Hand picking: 28.3 N (`rules.stem_pull`); a quarantined world has none",
+        },
+        level: 0.95,
+        values: EpisodeRecord::detach_tensions,
+    },
+    QuantileDefinition {
+        info: MetricInfo {
+            name: "detach_tension_max_n",
+            title: "Tension at detachment, largest",
+            unit: "N",
+            numerator: "largest stem tension at which a held fruit came off",
+            denominator: "all trees together",
+            note: "The interval of a maximum ends at it; a quarantined world has none",
+        },
+        level: 1.0,
+        values: EpisodeRecord::detach_tensions,
+    },
+];
+
+/// All metrics of the harvest in words.
+pub fn infos() -> impl Iterator<Item = MetricInfo> {
+    METRICS.iter().map(|metric| metric.info).chain(QUANTILES.iter().map(|metric| metric.info))
+}
+
 /// One tree's shares of a metric of the harvest.
 pub(crate) fn harvest_metric(name: &str) -> Option<&'static MetricDefinition<EpisodeRecord>> {
     METRICS.iter().find(|definition| definition.info.name == name)
@@ -303,178 +350,5 @@ fn cycle_time(e: &EpisodeRecord) -> Share {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use std::collections::BTreeMap;
-
-    use orchard_statistics::{Metric, Resamples, Undefined, estimate};
-    use orchard_world::Release;
-
-    use crate::fake::{attempt, contact_attempt, record};
-    use crate::harvest::episode::{
-        ContactOutcome, DepositEvent, DetachEvent, DetectionTally, FruitMoment, FruitState, Outcome,
-        SnapEvent,
-    };
-    use crate::protocol::Protocol;
-
-    fn metrics(episodes: &[EpisodeRecord]) -> BTreeMap<String, Metric> {
-        let groups = vec![(0..episodes.len()).collect::<Vec<_>>()];
-        estimate(METRICS, episodes, &Resamples::draw(&groups, &Protocol::paper().bootstrap))
-    }
-
-    /// Two trees, worked out by hand.
-    fn two_trees() -> Vec<EpisodeRecord> {
-        use FruitState::{Deposited, Dropped, Held, Loose, OnTree};
-        // Tree A: 4 reachable (2 deposited, 1 dropped), 1 unreachable (deposited); 30 s; 3 attempts, 2 placed.
-        let mut a = record(&[
-            (Deposited, true),
-            (Deposited, true),
-            (Dropped, true),
-            (OnTree, true),
-            (Deposited, false),
-        ]);
-        (a.frames, a.duration_s) = (1800, 30.0);
-        a.attempts = vec![attempt(Some(6.0), 1, 1), attempt(Some(9.0), 2, 1), attempt(None, 1, 0)];
-        // All three fruit in the bucket by contact attempts, and the one on the ground; tree B touched one fruit.
-        a.contact_attempts = [(0, true), (1, true), (4, true), (2, false)]
-            .map(|(fruit, placed)| {
-                contact_attempt(fruit, if placed { ContactOutcome::Placed } else { ContactOutcome::Dropped })
-            })
-            .into();
-        a.branches_snapped = vec![SnapEvent { segment: 9, frame: 4, time: 0.1, at_union: false }];
-        a.detection =
-            DetectionTally { images: 2, true_positives: 9, false_positives: 1, visible: 12, recalled: 6 };
-        a.max_stem_pull_n = Some(20.0);
-        a.fruit_knocked_off = vec![FruitMoment { fruit: 2, frame: 4, time: 0.1 }];
-        let detached = |fruit, stem_pulled| DetachEvent {
-            fruit,
-            frame: 8,
-            time: 0.2,
-            tension_n: Some(if stem_pulled { 30.0 } else { 20.0 }),
-            stem_pulled,
-            release: Some(if stem_pulled { Release::Spur } else { Release::Bend }),
-        };
-        a.fruit_detached = vec![detached(0, false), detached(1, true)];
-        a.reachable_ik_count = Some(3);
-        // Of three deposits one is without figures.
-        let deposit = |fruit, drop_height_m, bruised| DepositEvent {
-            fruit,
-            frame: 9,
-            time: 0.2,
-            drop_height_m,
-            impact_energy_j: None,
-            bruise_energy_j: None,
-            bruised,
-            bruise_volume_m3: None,
-        };
-        a.fruit_deposited = vec![
-            deposit(0, Some(0.06), Some(false)),
-            deposit(1, Some(0.12), Some(true)),
-            deposit(4, None, None),
-        ];
-        // Tree B: 2 reachable (none deposited), one loose and one in the hand at the end; 60 s; 5 attempts.
-        let mut b = record(&[(Loose, true), (Held, true)]);
-        (b.frames, b.duration_s) = (3600, 60.0);
-        b.contact_attempts = vec![contact_attempt(1, ContactOutcome::RunEnded)];
-        b.attempts = (0..5).map(|i| attempt(None, u32::from(i == 0), 0)).collect();
-        b.detection =
-            DetectionTally { images: 1, true_positives: 1, false_positives: 4, visible: 8, recalled: 1 };
-        b.max_stem_pull_n = Some(10.0);
-        b.reachable_ik_count = Some(2);
-        vec![a, b]
-    }
-
-    #[test]
-    fn closed_forms() {
-        let metrics = metrics(&two_trees());
-        let expected = [
-            ("harvest_completeness", (2.0 / 4.0 + 0.0) / 2.0, 2),
-            ("place_success_per_contact_attempt", 3.0 / 5.0, 5),
-            ("place_success_per_attempt", 2.0 / 8.0, 8),
-            ("grasp_rate", 4.0 / 8.0, 8),
-            ("detach_rate", 2.0 / 8.0, 8),
-            ("throughput_fruit_per_min", (6.0 + 0.0) / 2.0, 2),
-            ("mean_cycle_time_s", 7.5, 2),
-            ("branches_snapped_per_tree", 0.5, 2),
-            ("fruit_dropped_per_tree", 1.0, 2),
-            ("fruit_deposited_per_tree", 1.5, 2),
-            ("fruit_knocked_off_per_tree", 0.5, 2),
-            ("fruit_stem_pulled_per_tree", 0.5, 2),
-            ("spurs_torn_per_tree", 0.5, 2),
-            ("fruit_bruised_per_tree", 0.5, 2),
-            ("reachable_fruit_per_tree", 3.0, 2),
-            ("reachable_fruit_by_ik_per_tree", 2.5, 2),
-            ("contact_attempts_per_tree", 2.5, 2),
-            ("attempts_per_tree", 4.0, 2),
-            ("mean_drop_height_m", 0.09, 2),
-            ("unbruised_per_placement", 0.5, 2),
-            ("max_stem_pull_n", 15.0, 2),
-            ("detection_precision", 10.0 / 15.0, 15),
-            ("detection_recall_visible", 7.0 / 20.0, 20),
-        ];
-        assert_eq!(metrics.len(), expected.len());
-        for (name, mean, n) in expected {
-            let m = &metrics[name];
-            assert_eq!((m.mean, m.n), (Some(mean), n), "{name}");
-            if ["mean_cycle_time_s", "mean_drop_height_m", "unbruised_per_placement"].contains(&name) {
-                // Only tree A placed anything.
-                assert_eq!((m.ci95, m.undefined), ([None, None], Some(Undefined::OneTree)));
-                continue;
-            }
-            let [Some(low), Some(high)] = m.ci95 else { panic!("{name} has no interval") };
-            assert!(low <= mean && mean <= high, "{name}: {low} {mean} {high}");
-        }
-        // Resamples of two trees give A A, A B or B B: the interval spans the two trees' own values.
-        assert_eq!(metrics["max_stem_pull_n"].ci95, [Some(10.0), Some(20.0)]);
-        assert_eq!(metrics["detection_precision"].ci95, [Some(0.2), Some(0.9)]);
-    }
-
-    /// A controller that declares no attempt has no declared place success, and one by contact.
-    #[test]
-    fn a_controller_that_declares_no_attempt_is_scored() {
-        let mut episodes = two_trees();
-        episodes.iter_mut().for_each(|episode| episode.attempts.clear());
-        let metrics = metrics(&episodes);
-        assert_eq!(metrics["place_success_per_attempt"].mean, None);
-        let by_contact = &metrics["place_success_per_contact_attempt"];
-        assert_eq!((by_contact.mean, by_contact.n), (Some(0.6), 5));
-    }
-
-    #[test]
-    fn nothing_to_measure_is_null() {
-        let metrics = metrics(&[record(&[(FruitState::OnTree, false)])]);
-        for name in
-            ["harvest_completeness", "place_success_per_attempt", "mean_cycle_time_s", "detection_precision"]
-        {
-            let undefined = Some(Undefined::NothingToMeasure);
-            assert_eq!(metrics[name], Metric { mean: None, ci95: [None, None], n: 0, undefined }, "{name}");
-        }
-        assert_eq!(metrics["fruit_dropped_per_tree"].mean, Some(0.0));
-        let json = serde_json::to_string(&metrics["grasp_rate"]).unwrap();
-        assert_eq!(json, r#"{"mean":null,"ci95":[null,null],"n":0,"undefined":"nothing_to_measure"}"#);
-    }
-
-    #[test]
-    fn a_quarantined_world_counts_as_zero_harvest() {
-        let mut episodes = two_trees();
-        episodes[0].outcome = Outcome::Quarantined { reason: "not finite".into() };
-        let metrics = metrics(&episodes);
-        for name in ["harvest_completeness", "throughput_fruit_per_min", "fruit_deposited_per_tree"] {
-            assert_eq!((metrics[name].mean, metrics[name].n), (Some(0.0), 2), "{name}");
-        }
-        // Its attempts still count, none of them placed; its damage counts.
-        assert_eq!(
-            (metrics["place_success_per_attempt"].mean, metrics["place_success_per_attempt"].n),
-            (Some(0.0), 8)
-        );
-        let by_contact = &metrics["place_success_per_contact_attempt"];
-        assert_eq!((by_contact.mean, by_contact.n), (Some(0.0), 5));
-        assert_eq!(metrics["branches_snapped_per_tree"].mean, Some(0.5));
-        // The forces of a quarantined world are invalid.
-        assert_eq!((metrics["max_stem_pull_n"].mean, metrics["max_stem_pull_n"].n), (Some(10.0), 1));
-        // Even if it broke before the census.
-        let mut unborn = record(&[]);
-        unborn.outcome = Outcome::Quarantined { reason: "no equilibrium".into() };
-        assert_eq!(completeness(&unborn), Share { numerator: 0.0, denominator: 1.0 });
-    }
-}
+#[path = "metrics_tests.rs"]
+mod tests;

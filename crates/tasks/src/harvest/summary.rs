@@ -13,11 +13,11 @@ use orchard_bench::{CODE_VERSION, SCHEMA_VERSION};
 use orchard_scenario::Names;
 use orchard_statistics::bootstrap::ratio;
 use orchard_statistics::{Design, Resamples, VarianceComponents};
-use orchard_statistics::{Metric, components_of_metrics, estimate};
+use orchard_statistics::{Metric, components_of_metrics, estimate, estimate_quantiles};
 use serde::{Deserialize, Serialize};
 
 use crate::harvest::episode::{AttemptOutcome, EpisodeRecord, Outcome};
-use crate::harvest::metrics::{METRICS, completeness};
+use crate::harvest::metrics::{METRICS, QUANTILES, completeness};
 use crate::harvest::plan::{Condition, ConditionParams, Plan};
 use crate::seeds::SeedSetLabel;
 use crate::zones::ZoneTable;
@@ -180,7 +180,11 @@ fn summed_up(plan: &Plan, condition: &Condition, episodes: &[&EpisodeRecord]) ->
         params: condition.params.clone(),
         episodes: episodes.iter().map(|e| line(e)).collect(),
         outcomes: count(episodes.iter().map(|e| status(&e.outcome).to_owned())),
-        metrics: estimate(METRICS, episodes, &resamples),
+        metrics: {
+            let mut metrics = estimate(METRICS, episodes, &resamples);
+            metrics.append(&mut estimate_quantiles(QUANTILES, episodes, &resamples));
+            metrics
+        },
         variance: resamples
             .design()
             .has_repeats()

@@ -8,7 +8,7 @@ use orchard_world::World;
 
 use crate::harvest::adapter::Recorded;
 use crate::harvest::episode::EpisodeKey;
-use crate::harvest::matrix::{ConditionError, EXHAUSTION, Matrix, MatrixCondition, NOMINAL};
+use crate::harvest::matrix::{ConditionError, Dials, EXHAUSTION, Matrix, MatrixCondition, NOMINAL};
 use crate::harvest::plan::{Condition, ConditionParams, Extent, Plan};
 use crate::harvest::run::WorldFactory;
 use crate::protocol::Protocol;
@@ -25,10 +25,15 @@ impl Harvest {
     /// Makes the matrix with a scenario's own worlds as nominal; on preset `paper`: 40 fruit, foliage 0.6 and flat ground.
     ///
     /// # Errors
-    /// The protocol does not have the scenario's rules.
+    /// The protocol does not have the scenario's rules, or the scenario lacks the figure of a sweep.
     pub fn new(scenario: Scenario) -> Result<Self, ConfigError> {
         let protocol = Protocol::of_scenario(&scenario)?;
-        Ok(Self { matrix: Matrix::of(&protocol.sweeps, scenario.spec()), scenario, protocol })
+        let matrix = Matrix::of(protocol.matrix_rules(), &scenario).map_err(|e| ConfigError {
+            file: protocol.version.clone(),
+            field: "conditions".to_owned(),
+            problem: e.to_string(),
+        })?;
+        Ok(Self { matrix, scenario, protocol })
     }
 
     /// The scenario.
@@ -41,7 +46,7 @@ impl Harvest {
         &self.protocol
     }
 
-    /// All conditions and sweeps.
+    /// All conditions, sweeps and groups.
     pub fn matrix(&self) -> &Matrix {
         &self.matrix
     }
@@ -63,36 +68,41 @@ impl Harvest {
     /// A name that is neither a condition nor a sweep; a condition whose worlds the config does not allow.
     pub fn plan_of(&self, extent: Extent) -> Result<Plan, ConditionError> {
         let chosen = self.matrix.choose(&extent.conditions)?;
-        for MatrixCondition { name, dials } in &chosen {
-            dials
-                .turn(self.scenario.spec())
-                .map_err(|problem| ConditionError::OutOfRange { condition: name.clone(), problem })?;
-        }
         let names: Vec<&str> = chosen.iter().map(|condition| condition.name.as_str()).collect();
-        let condition = |condition: &&MatrixCondition| Condition {
-            name: condition.name.clone(),
-            params: ConditionParams {
-                dials: condition.dials,
+        let condition = |condition: &&MatrixCondition| -> Result<Condition, ConditionError> {
+            let changed = condition.of(&self.scenario)?;
+            let params = ConditionParams {
+                dials: Dials::of(changed.spec()),
                 trees: extent.trees,
                 horizon_s: match &*condition.name {
                     EXHAUSTION => self.protocol.exhaustion.horizon.si(),
                     _ => extent.horizon_s,
                 },
                 repeats: if condition.name == NOMINAL { extent.repeats } else { 1 },
-            },
+            };
+            Ok(Condition { name: condition.name.clone(), params })
         };
         Ok(Plan {
             scenario: self.scenario.names().clone(),
             scenario_hash: self.scenario.hash(),
             profile: extent.profile,
             sweeps: self.matrix.sweeps_of(&names),
-            conditions: chosen.iter().map(condition).collect(),
+            conditions: chosen.iter().map(condition).collect::<Result<_, _>>()?,
             seed_set: self.protocol.label(&extent.seeds, extent.trees),
             seeds: extent.seeds,
             frame: self.frame(),
             config_hash: self.config_hash(),
             protocol: self.protocol.clone(),
         })
+    }
+
+    /// The scenario of a condition.
+    ///
+    /// # Errors
+    /// No such condition, or a change that the scenario does not allow.
+    pub fn scenario_of(&self, condition: &str) -> Result<Scenario, ConditionError> {
+        let found = self.matrix.condition(condition);
+        found.ok_or_else(|| ConditionError::None(condition.to_owned()))?.of(&self.scenario)
     }
 
     /// Length of a frame \[s\].
@@ -111,10 +121,8 @@ impl WorldFactory for Harvest {
     type Controller = Recorded<Box<dyn Controller>>;
 
     fn build(&self, key: &EpisodeKey) -> Result<(World, Self::Controller), String> {
-        let condition = self.matrix.condition(&key.condition);
-        let dials = condition.ok_or_else(|| format!("no condition {}", key.condition))?.dials;
-        let turned = self.scenario.with_spec(dials.turn(self.scenario.spec())?);
-        let world = turned.world(key.seed, key.world, key.repeat).map_err(|e| e.to_string())?;
-        Ok((world, Recorded::new(self.scenario.controller())))
+        let scenario = self.scenario_of(&key.condition).map_err(|e| e.to_string())?;
+        let world = scenario.world(key.seed, key.world, key.repeat).map_err(|e| e.to_string())?;
+        Ok((world, Recorded::new(scenario.controller())))
     }
 }

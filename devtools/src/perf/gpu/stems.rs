@@ -5,7 +5,7 @@ use orchard_gpu::{Gpu, GpuBatch};
 use super::super::physics::forest::{Hold, Planting};
 use super::super::timing::{Rounds, Side, alternate};
 use super::counters::Counters;
-use super::{FRAMES, MANY, ROUNDS, WARM_UP, rate_of, repeated, wake};
+use super::{FRAMES, MANY, ROUNDS, WARM_UP, rate_of, repeated, settled, wake};
 use orchard_program::rows::Row;
 
 /// Target: share of the rate on tethers.
@@ -28,7 +28,9 @@ pub fn rows(
     }
     // Few worlds take more frames: a round is long beside the time in which the device's clock rises.
     let frames = FRAMES * (MANY / worlds).max(1) as u32;
-    wake(gpu, &typical.world, awake)?;
+    for world in settled(std::slice::from_ref(typical))? {
+        wake(gpu, &world, awake)?;
+    }
     let bytes: Vec<f64> = batches.iter().map(|batch| batch.bytes() as f64).collect();
     let mut sides: Vec<Side<'_>> = Vec::new();
     for batch in &mut batches {

@@ -11,7 +11,7 @@ use orchard_tasks::plan_file::{TaskPlan, TreeExtent};
 use orchard_tasks::protocol::{Profile, Protocol};
 
 use super::task::AnyTask;
-use super::{Args, ProfileName, Seeds, TaskName, component, detect, harvest, scaling};
+use super::{Args, Benchmark, ProfileName, Seeds, TaskName, component, detect, harvest, scaling};
 use crate::failure::Failure;
 
 /// The plans requested on the command line, in the order in which they are run.
@@ -38,7 +38,7 @@ pub fn plans(args: &Args, scenario: &Scenario) -> Result<Vec<TaskPlan>, Failure>
             TaskName::ReachAndGrasp => TaskPlan::ReachAndGrasp { trees: trees.clone() },
             TaskName::Gentle => TaskPlan::Gentle { trees: trees.clone() },
             TaskName::Scaling => TaskPlan::Scaling {
-                profile: args.profile.name().to_owned(),
+                profile: args.run.profile.name().to_owned(),
                 backend: match args.backend {
                     Some(backend) => backend,
                     None => ScalingRules::of(protocol)?.backend,
@@ -88,30 +88,30 @@ fn fits(task: TaskName, scenario: &Scenario) -> Result<(), String> {
 }
 
 /// Default result folder: named by the profile and by the options that change the plan.
-pub fn default_out(args: &Args) -> PathBuf {
-    let mut folder = format!("results/bench-v1-{}", args.profile.name());
+pub fn default_out(args: &Args, benchmark: Benchmark) -> PathBuf {
+    let mut folder = format!("results/{}-{}", benchmark.command, args.run.profile.name());
     let mut add = |part: &str| folder = format!("{folder}-{part}");
     // A file is represented by its name, without folders and extension.
     let stem = |value: &str| match std::path::Path::new(value).file_stem() {
         Some(stem) if value.ends_with(".toml") || value.contains('/') => stem.to_string_lossy().into_owned(),
         _ => value.to_owned(),
     };
-    if let Some(file) = args.scenario.file() {
+    if let Some(file) = args.run.scenario.file() {
         add(&stem(&file.to_string_lossy()));
     }
-    for value in args.scenario.given() {
+    for value in args.run.scenario.given() {
         add(&stem(value));
     }
-    if let Some(name) = args.scenario.controller().filter(|name| *name != Kind::default().name()) {
+    if let Some(name) = args.run.scenario.controller().filter(|name| *name != Kind::default().name()) {
         add(&orchard_scenario::controller_name(name));
     }
-    if matches!(args.seeds, Some(Seeds::V1)) {
-        add("v1");
+    if let Some(Seeds::Set(set)) = args.run.seeds.as_ref().filter(|seeds| seeds.is_official()) {
+        add(set.name());
     }
-    if let Some(conditions) = &args.conditions {
+    if let Some(conditions) = &args.run.conditions {
         add(&conditions.join("+"));
     }
-    if let Some(shard) = args.shard.filter(|shard| !shard.is_whole()) {
+    if let Some(shard) = args.run.shard.filter(|shard| !shard.is_whole()) {
         add(&shard.to_string().replace('/', "of"));
     }
     PathBuf::from(folder)
@@ -122,8 +122,10 @@ fn tasks(args: &Args) -> Vec<TaskName> {
     if let Some(tasks) = &args.tasks {
         return TaskName::ALL.into_iter().filter(|task| tasks.contains(task)).collect();
     }
-    let of_harvest =
-        args.conditions.is_some() || args.horizon.is_some() || args.repeats.is_some() || args.record;
+    let of_harvest = args.run.conditions.is_some()
+        || args.run.horizon.is_some()
+        || args.run.repeats.is_some()
+        || args.run.record;
     let applies = |task: &TaskName| match task {
         TaskName::Harvest => true,
         // Timings belong to one machine, so the task cannot be split into parts.
@@ -134,20 +136,20 @@ fn tasks(args: &Args) -> Vec<TaskName> {
 }
 
 fn is_part(args: &Args) -> bool {
-    args.shard.is_some_and(|shard| !shard.is_whole())
+    args.run.shard.is_some_and(|shard| !shard.is_whole())
 }
 
 /// Refuses options that only affect tasks that are not run.
 fn check_options(args: &Args) -> Result<(), String> {
     use TaskName::{Gentle, Harvest, ReachAndGrasp, Scaling};
     let options: [(&str, bool, &[TaskName], &str); 6] = [
-        ("--horizon", args.horizon.is_some(), &[Harvest], "the task harvest"),
-        ("--conditions", args.conditions.is_some(), &[Harvest], "the task harvest"),
-        ("--repeats", args.repeats.is_some(), &[Harvest], "the task harvest"),
-        ("--record", args.record, &[Harvest], "the task harvest"),
+        ("--horizon", args.run.horizon.is_some(), &[Harvest], "the task harvest"),
+        ("--conditions", args.run.conditions.is_some(), &[Harvest], "the task harvest"),
+        ("--repeats", args.run.repeats.is_some(), &[Harvest], "the task harvest"),
+        ("--record", args.run.record, &[Harvest], "the task harvest"),
         (
             "--controller",
-            args.scenario.controller().is_some(),
+            args.run.scenario.controller().is_some(),
             &[Harvest, ReachAndGrasp, Gentle],
             "the tasks harvest, reach-and-grasp and gentle",
         ),
@@ -166,7 +168,7 @@ fn check_options(args: &Args) -> Result<(), String> {
 }
 
 fn profile<'a>(args: &Args, protocol: &'a Protocol) -> &'a Profile {
-    match args.profile {
+    match args.run.profile {
         ProfileName::Quick => &protocol.quick,
         ProfileName::Full => &protocol.full,
     }
@@ -174,35 +176,36 @@ fn profile<'a>(args: &Args, protocol: &'a Protocol) -> &'a Profile {
 
 fn trees(args: &Args, protocol: &Protocol) -> Result<TreeExtent, String> {
     let profile = profile(args, protocol);
-    let seeds = match &args.seeds {
-        Some(seeds) => seeds.resolve(protocol),
+    let seeds = match &args.run.seeds {
+        Some(seeds) => seeds.resolve(protocol)?,
         None => protocol.tuning_seeds.iter().copied().take(profile.seeds.get() as usize).collect(),
     };
-    let of_seed = match args.seeds {
-        Some(Seeds::V1) => &protocol.seed_sets.v1.trees,
+    let of_seed = match &args.run.seeds {
+        Some(seeds) if seeds.is_official() => &protocol.official_set().trees,
         _ => &profile.trees,
     };
-    let trees = args.trees.unwrap_or_else(|| of_seed.get());
+    let trees = args.run.trees.unwrap_or_else(|| of_seed.get());
     let trees = of_seed.with_value(trees).map_err(|e| format!("--trees: {e}"))?.get();
-    Ok(TreeExtent { profile: args.profile.name().to_owned(), seeds, trees })
+    Ok(TreeExtent { profile: args.run.profile.name().to_owned(), seeds, trees })
 }
 
 fn extent(args: &Args, harvest: &Harvest, trees: &TreeExtent) -> Result<Extent, String> {
     let protocol = harvest.protocol();
     let profile = profile(args, protocol);
-    let names = args.conditions.as_ref().unwrap_or(&profile.conditions);
+    let names = args.run.conditions.as_ref().unwrap_or(&profile.conditions);
     let chosen = harvest.matrix().choose(names).map_err(|e| format!("--conditions: {e}"))?;
     let conditions: Vec<String> = chosen.iter().map(|condition| condition.name.clone()).collect();
-    if args.repeats.is_some() && !conditions.iter().any(|name| name == NOMINAL) {
+    if args.run.repeats.is_some() && !conditions.iter().any(|name| name == NOMINAL) {
         return Err("--repeats: applies to the condition nominal, which --conditions does not include".into());
     }
-    if args.horizon.is_some() && conditions.iter().all(|name| name == EXHAUSTION) {
+    if args.run.horizon.is_some() && conditions.iter().all(|name| name == EXHAUSTION) {
         return Err(format!("--horizon: does not apply to {EXHAUSTION}, and no other condition is run"));
     }
-    let horizon = args.horizon.unwrap_or_else(|| profile.horizon.value());
+    let horizon = args.run.horizon.unwrap_or_else(|| profile.horizon.value());
     let horizon = profile.horizon.with_value(horizon).map_err(|e| format!("--horizon: {e}"))?;
-    let official = &protocol.seed_sets.v1.repeats;
-    let repeats = args.repeats.unwrap_or(if args.seeds == Some(Seeds::V1) { official.get() } else { 1 });
+    let official = &protocol.official_set().repeats;
+    let is_official = args.run.seeds.as_ref().is_some_and(Seeds::is_official);
+    let repeats = args.run.repeats.unwrap_or(if is_official { official.get() } else { 1 });
     let repeats = official.with_value(repeats).map_err(|e| format!("--repeats: {e}"))?.get();
     let TreeExtent { profile, seeds, trees } = trees.clone();
     Ok(Extent { profile, conditions, seeds, trees, repeats, horizon_s: horizon.si() })

@@ -1,4 +1,5 @@
 use super::*;
+use crate::commands::bench_v1::BENCHMARK;
 use crate::program::Program;
 use orchard_perception::DetectorConfig;
 use orchard_robot::RobotModel;
@@ -20,7 +21,7 @@ fn plans_of(line: &[&str]) -> Result<Vec<TaskPlan>, String> {
         other => panic!("{other}"),
     };
     let args = args(line);
-    let scenario = args.scenario.resolve(&Program::new()).map_err(bad)?;
+    let scenario = args.run.scenario.resolve(&Program::new()).map_err(bad)?;
     plans(&args, &scenario).map_err(bad)
 }
 
@@ -53,9 +54,9 @@ fn a_seed_set_brings_its_trees_and_repeats() {
         (extent.seeds, extent.trees, extent.repeats)
     };
     assert_eq!(of(&[]), (vec![20250704], 6, 1));
-    assert_eq!(of(&["--seeds", "v1"]), (protocol.v1_seeds(), 6, 3));
+    assert_eq!(of(&["--seeds", "v1"]), (protocol.official_seeds(), 6, 3));
     assert_eq!(of(&["--seeds", "tuning", "--repeats", "2"]), (protocol.tuning_seeds.clone(), 6, 2));
-    assert_eq!(of(&["--seeds", "v1", "--trees", "1", "--repeats", "1"]), (protocol.v1_seeds(), 1, 1));
+    assert_eq!(of(&["--seeds", "v1", "--trees", "1", "--repeats", "1"]), (protocol.official_seeds(), 1, 1));
     for (line, option) in [(["--repeats", "0"], "--repeats: "), (["--trees", "0"], "--trees: ")] {
         let problem = plans_of(&line).unwrap_err();
         assert!(problem.starts_with(option), "{problem}");
@@ -73,7 +74,9 @@ fn conditions_and_sweeps_by_name() {
     let refused = |line: &[&str]| plans_of(line).unwrap_err();
     let e = refused(&["--conditions", "windy"]);
     assert!(
-        e.starts_with("--conditions: windy is neither a condition nor a sweep; the names are foliage,"),
+        e.starts_with(
+            "--conditions: windy is neither a condition nor a group or sweep of them; the names are foliage,"
+        ),
         "{e}"
     );
     assert!(
@@ -125,7 +128,7 @@ fn the_backend_is_of_the_scaling_task() {
 
 #[test]
 fn plans_in_common_use_have_folders_of_their_own() {
-    let out = |line: &[&str]| default_out(&args(line)).display().to_string();
+    let out = |line: &[&str]| default_out(&args(line), BENCHMARK).display().to_string();
     assert_eq!(out(&[]), "results/bench-v1-quick");
     assert_eq!(out(&["--controller", "baseline"]), "results/bench-v1-quick");
     assert_eq!(

@@ -25,9 +25,9 @@ pub fn whole(board: &Board) -> String {
 
 fn text(board: &Board, budget: Option<&Budget>, columns: usize) -> String {
     let set = match board.seed_set {
-        SeedSetName::V1 => "the official seeds `v1`",
-        SeedSetName::Tuning => "the tuning seeds (practice, not an official score)",
-        SeedSetName::Custom => "custom seeds",
+        name if name.is_official() => format!("the official seeds `{name}`"),
+        SeedSetName::Tuning => "the tuning seeds (practice, not an official score)".to_owned(),
+        _ => "custom seeds".to_owned(),
     };
     let mut text = format!("Protocol {}, on {set}. ", board.config_version);
     text += &match budget {

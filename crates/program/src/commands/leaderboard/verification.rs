@@ -145,12 +145,14 @@ impl Check<'_> {
             path.display()
         );
         let folder = self.folder().join("program");
-        let seeds = match self.args.board.seed_set.name() {
-            SeedSetName::V1 => "v1",
-            SeedSetName::Tuning | SeedSetName::Custom => "tuning",
+        let set = self.args.board.seed_set.name();
+        let bench: &[&str] = match set {
+            SeedSetName::FieldV1 => &["bench-field"],
+            _ => &["bench-v1", "--tasks", "harvest"],
         };
         let status = process::Command::new(path)
-            .args(["bench-v1", "--tasks", "harvest", "--profile", "full", "--seeds", seeds])
+            .args(bench)
+            .args(["--profile", "full", "--seeds", set.name()])
             .args(["--controller", &head.controller, "--threads", &self.threads.to_string(), "--out"])
             .arg(&folder)
             .args(self.args.scenario.words())

@@ -4,11 +4,17 @@ use std::path::Path;
 
 use orchard_bench::SCHEMA_VERSION;
 use orchard_bench::checksum::checked;
+use orchard_bench::store::Store;
 use orchard_report::Results;
 use orchard_scaling::Scaling;
+use orchard_scenario::Scenario;
 use orchard_tasks::detect::DetectSummary;
+use orchard_tasks::plan_file::PlanFile;
+use orchard_tasks::protocol::Protocol;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
+
+use crate::program::Program;
 
 /// Summaries of the component tasks.
 const COMPONENTS: [&str; 2] = ["reach-and-grasp.json", "gentle.json"];
@@ -50,6 +56,14 @@ pub fn read(dir: &Path) -> Result<Results, String> {
         return Err(format!("{}: no result of bench-v1; it contains none of {names}", dir.display()));
     }
     Ok(results)
+}
+
+/// The protocol of a folder's harvest; benchmark v1's without one that this program can use.
+pub fn protocol(dir: &Path, program: &Program) -> Protocol {
+    let stored = Store::open(dir).ok().and_then(|store| PlanFile::scenario_of(&store, "harvest").ok());
+    let scenario =
+        stored.and_then(|stored| Scenario::from_stored(&stored, program.controllers(), PlanFile::FILE).ok());
+    scenario.and_then(|scenario| Protocol::of_scenario(&scenario).ok()).unwrap_or_else(Protocol::paper)
 }
 
 /// Scaling runs, one per backend.

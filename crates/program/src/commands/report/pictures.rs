@@ -8,6 +8,7 @@ use orchard_bench::store::Store;
 use orchard_geometry::Image;
 use orchard_report::{Moment, Pick, Picture, Pictures, Results, main_condition};
 use orchard_scenario::Scenario;
+use orchard_tasks::harvest::Harvest;
 use orchard_tasks::harvest::episode::{AttemptOutcome, AttemptRecord};
 use orchard_tasks::harvest::summary::ConditionSummary;
 use orchard_tasks::plan_file::PlanFile;
@@ -40,7 +41,7 @@ pub fn draw(dir: &Path, results: &Results, program: &Program) -> Result<Pictures
             harvest.code_version
         )));
     }
-    let Some((_, main)) = main_condition(harvest) else {
+    let Some((name, main)) = main_condition(harvest) else {
         return Ok(left_out("Pictures need episode records, and this folder has none."));
     };
     let stored = Store::open(dir)
@@ -53,7 +54,7 @@ pub fn draw(dir: &Path, results: &Results, program: &Program) -> Result<Pictures
         Ok(scenario) => scenario,
         Err(reason) => return Ok(left_out(&format!("Pictures were left out: {reason}."))),
     };
-    let trees = trees(main, &scenario)?;
+    let trees = trees(main, &Harvest::new(scenario)?.scenario_of(name)?)?;
     let (pick, left_out) = match placed(dir, main, program) {
         Ok(Some((input, attempt))) => (Some(pick(&input, &attempt)?), None),
         Ok(None) => (None, Some("No attempt of this run placed its fruit, so none is shown.".to_owned())),
@@ -67,8 +68,6 @@ fn trees(main: &ConditionSummary, scenario: &Scenario) -> Result<Vec<Picture>, F
     let mut worlds: Vec<(u64, u32)> = main.episodes.iter().map(|e| (e.seed, e.world)).collect();
     worlds.dedup();
     worlds.truncate(TREES);
-    let spec = main.params.dials.turn(scenario.spec()).map_err(Failure::BadInput)?;
-    let scenario = scenario.with_spec(spec);
     let plant = |(seed, world): &(u64, u32)| scenario.planting(*seed, *world);
     let plantings: Result<Vec<Planting>, _> = worlds.iter().map(plant).collect();
     let images = portraits(&plantings.context("cannot grow the trees")?, TREE, || ());

@@ -1,4 +1,4 @@
-//! Comparison of the conditions of a sweep with the nominal condition, tree by tree.
+//! Comparison of the conditions of a sweep with its reference condition, tree by tree.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use orchard_statistics::{Comparison, Design, Share, compare};
 use serde::{Deserialize, Serialize};
 
 use crate::harvest::episode::EpisodeRecord;
-use crate::harvest::matrix::{NOMINAL, SweepPoint};
+use crate::harvest::matrix::{MatrixSweep, SweepPoint};
 use crate::harvest::metrics::harvest_metric;
 use crate::harvest::plan::Plan;
 
@@ -21,11 +21,11 @@ pub struct Sweep {
     pub unit: String,
     /// Conditions, by ascending value.
     pub points: Vec<SweepPoint>,
-    /// Comparison of every other condition with the nominal one, by tested metric; empty if the nominal one was not run.
+    /// Comparison of every other condition with the reference, by tested metric; empty if the reference was not run.
     pub comparisons: Vec<SweepComparison>,
 }
 
-/// Comparison of a condition with the nominal one.
+/// Comparison of a condition with the reference.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SweepComparison {
     /// The metric.
@@ -51,23 +51,26 @@ pub struct Adjusted {
 
 /// The sweeps of a run, by name.
 pub fn sweeps(plan: &Plan, episodes: &[EpisodeRecord]) -> BTreeMap<String, Sweep> {
-    let of = |sweep: &crate::harvest::matrix::MatrixSweep| Sweep {
+    let of = |sweep: &MatrixSweep| Sweep {
         dial: sweep.name.clone(),
         unit: sweep.unit.clone(),
         points: sweep.points.clone(),
-        comparisons: comparisons(plan, &sweep.points, episodes),
+        comparisons: comparisons(plan, sweep, episodes),
     };
     plan.sweeps.iter().map(|sweep| (sweep.name.clone(), of(sweep))).collect()
 }
 
-fn comparisons(plan: &Plan, points: &[SweepPoint], episodes: &[EpisodeRecord]) -> Vec<SweepComparison> {
-    if !points.iter().any(|point| point.condition == NOMINAL) {
+fn comparisons(plan: &Plan, sweep: &MatrixSweep, episodes: &[EpisodeRecord]) -> Vec<SweepComparison> {
+    let MatrixSweep { reference, points, .. } = sweep;
+    if !points.iter().any(|point| point.condition == *reference) {
         return Vec::new();
     }
-    let tested: Vec<_> = plan.protocol.sweeps.tested.iter().filter_map(|name| harvest_metric(name)).collect();
-    let others = points.iter().filter(|point| point.condition != NOMINAL);
+    let tested: Vec<_> = plan.protocol.tested.iter().filter_map(|name| harvest_metric(name)).collect();
+    let others = points.iter().filter(|point| point.condition != *reference);
     let mut comparisons: Vec<SweepComparison> = others
-        .flat_map(|point| tested.iter().map(|metric| comparison(plan, metric, &point.condition, episodes)))
+        .flat_map(|point| {
+            tested.iter().map(|metric| comparison(plan, metric, reference, &point.condition, episodes))
+        })
         .collect();
     let wilcoxon = adjusted(&comparisons, |test| test.wilcoxon.as_ref().map(|test| test.p_value));
     let permutation = adjusted(&comparisons, |test| test.permutation.as_ref().map(|test| test.p_value));
@@ -79,10 +82,11 @@ fn comparisons(plan: &Plan, points: &[SweepPoint], episodes: &[EpisodeRecord]) -
     comparisons
 }
 
-/// Keeps the nominal episodes that the other condition also has (same tree and start pose), so that a pair differs only in the dial.
+/// Keeps the episodes of the reference that the other condition also has (same tree and start pose), so that a pair differs only in the dial.
 fn comparison(
     plan: &Plan,
     metric: &MetricDefinition<EpisodeRecord>,
+    reference: &str,
     condition: &str,
     episodes: &[EpisodeRecord],
 ) -> SweepComparison {
@@ -90,8 +94,8 @@ fn comparison(
         let own = episodes.iter().filter(|e| e.key.condition == name);
         own.map(|e| ((e.key.seed, e.key.world, e.key.repeat), (metric.share)(e))).collect()
     };
-    let (nominal, other) = (of(NOMINAL), of(condition));
-    let pairs = nominal.iter().filter_map(|(place, share)| Some((place, *share, *other.get(place)?)));
+    let (first, other) = (of(reference), of(condition));
+    let pairs = first.iter().filter_map(|(place, share)| Some((place, *share, *other.get(place)?)));
     let (mut places, mut first, mut second) = (Vec::new(), Vec::new(), Vec::new());
     for (&(seed, world, _), a, b) in pairs {
         places.push((seed, world));
@@ -101,7 +105,7 @@ fn comparison(
     let (bootstrap, paired) = (&plan.protocol.bootstrap, &plan.protocol.paired);
     SweepComparison {
         metric: metric.info.name.to_owned(),
-        reference: NOMINAL.to_owned(),
+        reference: reference.to_owned(),
         condition: condition.to_owned(),
         test: compare(&Design::of(places), &first, &second, bootstrap, paired),
         holm: Adjusted::default(),
@@ -123,7 +127,7 @@ mod tests {
     use super::*;
     use crate::fake::{plan, record};
     use crate::harvest::episode::FruitState;
-    use crate::harvest::matrix::MatrixSweep;
+    use crate::harvest::matrix::NOMINAL;
 
     fn episode(condition: &str, world: u32, repeat: u32, deposited: usize) -> EpisodeRecord {
         let fruit: Vec<(FruitState, bool)> = (0..10)
@@ -140,10 +144,11 @@ mod tests {
     #[test]
     fn conditions_are_paired_by_tree_and_corrected_together() {
         let mut plan = plan();
-        plan.protocol.sweeps.tested = vec!["harvest_completeness".to_owned()];
+        plan.protocol.tested = vec!["harvest_completeness".to_owned()];
         let point = |condition: &str, value| SweepPoint { condition: condition.to_owned(), value };
         let points = vec![point(NOMINAL, 0.6), point("foliage-1", 1.0), point("foliage-1.5", 1.5)];
-        plan.sweeps = vec![MatrixSweep { name: "foliage".into(), unit: "1".into(), points }];
+        plan.sweeps =
+            vec![MatrixSweep { name: "foliage".into(), unit: "1".into(), reference: NOMINAL.into(), points }];
         let mut episodes = Vec::new();
         for world in 0..6_u32 {
             let own = 3 + world as usize / 2;
