@@ -86,8 +86,11 @@ const CHOICES: [&str; 5] = ["grammar", CAMERA, "pull_strength", "twist_strength"
 /// Table that chooses a camera.
 const CAMERA: &str = "camera";
 
-/// Parts of a world that come with the crate: path of their table, and its bases by name.
-const PARTS: [(&[&str], &[(&str, &str)]); 4] = [
+/// Bases of a part of a world: their names and TOML texts.
+type Bases = &'static [(&'static str, &'static str)];
+
+/// Parts of a world that come with the crate: path of their table, and its bases.
+const PARTS: [(&[&str], Bases); 4] = [
     (&["fruit", "stem"], &[("measured", include_str!("../configs/stem/measured.toml"))]),
     (&["fruit", "cluster"], &[("measured", include_str!("../configs/cluster/measured.toml"))]),
     (&["wind"], &[("measured", include_str!("../configs/wind/measured.toml"))]),

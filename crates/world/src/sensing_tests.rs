@@ -31,7 +31,7 @@ fn after(sensing: &Sensing, way: impl Iterator<Item = [f64; 3]>) -> [f64; 3] {
 fn mean_and_sd(values: &[f64]) -> (f64, f64) {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
-    (mean, (values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt())
+    (mean, (values.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / (n - 1.0)).sqrt())
 }
 
 /// 4 m straight ahead in 480 frames, and half a turn on the spot in 120 frames.
