@@ -4,6 +4,7 @@ use orchard_batch::Plant;
 
 use crate::layout::{air, damper, fruit, pull, rod};
 use crate::schedule::WARPS;
+use crate::solver::Solver;
 
 /// Warps of a tile whose fruit hang on stems that bend.
 const TEAM_ON_STEMS: usize = 4;
@@ -17,11 +18,13 @@ pub(crate) struct Laws {
     pub stems: bool,
     /// A wind blows.
     pub wind: bool,
+    /// Joints are solved by conjugate gradients.
+    pub conjugate: bool,
 }
 
 impl Laws {
     /// Number of different sets of laws.
-    pub const COUNT: usize = 8;
+    pub const COUNT: usize = 16;
 
     /// Laws of a plant.
     pub fn of(plant: &Plant) -> Self {
@@ -29,12 +32,21 @@ impl Laws {
             modal: plant.tree.is_modal,
             stems: plant.spec.fruit.stem.is_some(),
             wind: plant.weather.is_some(),
+            conjugate: false,
         }
+    }
+
+    /// These laws under a solver.
+    pub fn solved_by(self, solver: Solver) -> Self {
+        Self { conjugate: solver == Solver::ConjugateGradients, ..self }
     }
 
     /// Number of these laws among all.
     pub fn index(self) -> usize {
-        usize::from(self.modal) + 2 * usize::from(self.stems) + 4 * usize::from(self.wind)
+        usize::from(self.modal)
+            + 2 * usize::from(self.stems)
+            + 4 * usize::from(self.wind)
+            + 8 * usize::from(self.conjugate)
     }
 
     /// Constants that specialise the kernels.
@@ -44,9 +56,10 @@ impl Laws {
         laws.chain([("TEAM", self.team() as f64)]).collect()
     }
 
-    /// Number of warps of a tile. Stems that bend take so many registers that a multiprocessor holds one tile of six warps, or two of four.
+    /// Number of warps of a tile. Stems that bend take so many registers that a multiprocessor holds one tile of six warps, or two of four. Conjugate gradients have six: with
+    /// four, worlds of different trees in a tile had other bits than alone (`worlds_in_wind_have_their_own_bits`), and the cause is not known.
     pub fn team(self) -> usize {
-        if self.stems { TEAM_ON_STEMS } else { WARPS }
+        if self.stems && !self.conjugate { TEAM_ON_STEMS } else { WARPS }
     }
 
     /// Number of fields of a row of fruit.

@@ -115,7 +115,9 @@ impl Memory {
                 return Err(BatchError::Pushes { world: index, pushed, most: pushes_each });
             }
         }
-        let schedules = topologies::schedules(given)?;
+        let laws =
+            given.first().map_or_else(Laws::default, |world| Laws::of(world.plant())).solved_by(solver);
+        let schedules = topologies::schedules(given, laws)?;
         // Similar worlds share a tile: a level takes as long as its longest part in any world of the tile, and the outer levels are the longest.
         let mut order: Vec<usize> = (0..given.len()).collect();
         order.sort_by_cached_key(|&index| {
@@ -137,7 +139,7 @@ impl Memory {
             table: Vec::new(),
             pushes_each,
             solver,
-            laws: given.first().map_or_else(Laws::default, |world| Laws::of(world.plant())),
+            laws,
             places: vec![
                 Place { block: 0, tile: 0, lane: 0, rows: [].into(), fruit_rows: [].into() };
                 given.len()

@@ -62,6 +62,7 @@ fn every_section_is_there() {
         [
             "run",
             "headline",
+            "conditions",
             "sweeps",
             "detection",
             "components",

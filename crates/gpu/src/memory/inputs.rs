@@ -119,12 +119,13 @@ impl Memory {
         })
     }
 
-    /// Sets the force on a fruit; returns the places in `fruit` that changed.
+    /// Sets the force on a fruit; returns the places in `fruit` that changed. In wind the device adds its own to it.
     pub fn pull(&mut self, index: usize, fruit_index: usize, force: Vec3) -> [usize; 3] {
         let (number, lane) = (self.places[index].tile, self.places[index].lane);
         let row = self.places[index].fruit_rows[fruit_index];
+        let field = if self.laws.wind { self.laws.pull_field() } else { fruit::FORCE };
         [0, 1, 2].map(|k| {
-            let at = self.fruit_at(number, row, fruit::FORCE + k, lane);
+            let at = self.fruit_at(number, row, field + k, lane);
             self.fruit[at] = force[k] as f32;
             at
         })

@@ -10,14 +10,14 @@ use crate::BatchError;
 use crate::laws::Laws;
 use crate::schedule::{Schedule, ScheduleError, parts};
 
-/// Schedule of each world. The parts of a topology are computed once, and worlds with fruit on the same links share a schedule.
+/// Schedule of each world under the laws of the batch. The parts of a topology are computed once, and worlds with fruit on the same links share a schedule.
 ///
 /// # Errors
 /// A world has no schedule.
-pub(super) fn schedules(given: &[TreeWorld]) -> Result<Vec<Arc<Schedule>>, BatchError> {
+pub(super) fn schedules(given: &[TreeWorld], laws: Laws) -> Result<Vec<Arc<Schedule>>, BatchError> {
     let plants: Vec<&Plant> = given.iter().map(|world| &**world.plant()).collect();
     let (firsts, topology_of) = distinct(plants.iter().map(|plant| &plant.tree.parent));
-    let parts_of = each(&firsts, |index| parts(&plants[index].tree.parent, Laws::of(plants[index]).team()))?;
+    let parts_of = each(&firsts, |index| parts(&plants[index].tree.parent, laws.team()))?;
     let bearers = plants.iter().map(|plant| plant.fruit.fruit.iter().map(|fruit| fruit.segment));
     let (firsts, kind_of) =
         distinct(topology_of.iter().zip(bearers).map(|(topology, on)| (*topology, on.collect::<Vec<_>>())));
