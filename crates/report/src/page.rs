@@ -21,9 +21,9 @@ pub fn page(
     protocol: &Protocol,
     paper: &PaperFigures,
 ) -> String {
-    let sections = [
-        headline::section(results, protocol),
-        conditions::section(results, figures),
+    let mut sections = vec![headline::section(results, protocol)];
+    sections.extend(conditions::section(results, figures));
+    sections.extend([
         sweeps::section(results, figures),
         detection::section(results, figures, protocol),
         components::section(results),
@@ -35,7 +35,7 @@ pub fn page(
         cost::compute(results),
         pictures::section(shown),
         definitions::section(),
-    ];
+    ]);
     let warnings = head::warnings(results, protocol);
     let markup = html! {
         (DOCTYPE)

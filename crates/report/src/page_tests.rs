@@ -62,7 +62,6 @@ fn every_section_is_there() {
         [
             "run",
             "headline",
-            "conditions",
             "sweeps",
             "detection",
             "components",

@@ -2,7 +2,7 @@
 
 use maud::html;
 
-use super::{Section, missing, side_by_side};
+use super::{Section, side_by_side};
 use crate::figures::Figures;
 use crate::results::{Results, conditions, has_singles};
 use crate::table::{Cell, table};
@@ -21,34 +21,30 @@ const COLUMNS: [&str; 9] = [
     "bruise_free_share",
 ];
 
-/// The section.
-pub(crate) fn section(results: &Results, figures: &Figures) -> Section {
-    let body = match results.harvest.as_ref().filter(|harvest| has_singles(harvest)) {
-        None => missing("No conditions outside sweeps in this folder.", "cargo xtask bench-field"),
-        Some(harvest) => {
-            let row = |(name, of): (&str, &orchard_tasks::harvest::summary::ConditionSummary)| {
-                let cell = |metric: &&str| match of.metrics.get(*metric) {
-                    Some(found) => {
-                        let digits = digits(metric).min(2);
-                        let ends = interval(found.ci95, digits);
-                        Cell::number(number(found.mean, digits)).because(why(found).or(Some(ends)))
-                    }
-                    None => Cell::number("-"),
-                };
-                let trees = Cell::number(of.episodes.len().to_string());
-                [Cell::words(name)].into_iter().chain(COLUMNS.iter().map(cell)).chain([trees]).collect()
-            };
-            let rows: Vec<Vec<Cell>> = conditions(harvest).into_iter().map(row).collect();
-            let titles: Vec<String> = COLUMNS.iter().map(|metric| title_with_unit(metric)).collect();
-            let mut heads = vec!["condition"];
-            heads.extend(titles.iter().map(String::as_str));
-            heads.push("episodes");
-            html! {
-                p { "Every condition of the run, those of sweeps too. Bars have 95 % intervals; those of the table show under the pointer." }
-                (side_by_side(&figures.conditions))
-                (table("All conditions: means", &heads, &rows))
+/// The section; `None` where every condition is of a sweep or in full.
+pub(crate) fn section(results: &Results, figures: &Figures) -> Option<Section> {
+    let harvest = results.harvest.as_ref().filter(|harvest| has_singles(harvest))?;
+    let row = |(name, of): (&str, &orchard_tasks::harvest::summary::ConditionSummary)| {
+        let cell = |metric: &&str| match of.metrics.get(*metric) {
+            Some(found) => {
+                let digits = digits(metric).min(2);
+                let ends = interval(found.ci95, digits);
+                Cell::number(number(found.mean, digits)).because(why(found).or(Some(ends)))
             }
-        }
+            None => Cell::number("-"),
+        };
+        let trees = Cell::number(of.episodes.len().to_string());
+        [Cell::words(name)].into_iter().chain(COLUMNS.iter().map(cell)).chain([trees]).collect()
     };
-    Section { id: "conditions", title: "Conditions", body }
+    let rows: Vec<Vec<Cell>> = conditions(harvest).into_iter().map(row).collect();
+    let titles: Vec<String> = COLUMNS.iter().map(|metric| title_with_unit(metric)).collect();
+    let mut heads = vec!["condition"];
+    heads.extend(titles.iter().map(String::as_str));
+    heads.push("episodes");
+    let body = html! {
+        p { "Every condition of the run, those of sweeps too. Bars have 95 % intervals; those of the table show under the pointer." }
+        (side_by_side(&figures.conditions))
+        (table("All conditions: means", &heads, &rows))
+    };
+    Some(Section { id: "conditions", title: "Conditions", body })
 }
