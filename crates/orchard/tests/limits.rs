@@ -142,7 +142,7 @@ fn a_plan_that_merge_reads_is_bounded() {
     let line = list("seeds", &|i| i.to_string());
     assert!(line.contains("2000000 records; a task has at most 100000"), "{line}");
     let line = list("conditions", &|i| if i == 1_999_999 { "\"hail\"" } else { "\"nominal\"" }.to_owned());
-    assert!(line.contains("hail is neither a condition nor a sweep"), "{line}");
+    assert!(line.contains("hail is neither a condition nor a group"), "{line}");
     // Nothing but brackets, as long as a file may be.
     let path = Path::new(&part).join(PlanFile::FILE);
     fs::write(&path, format!("{{\"a\": [{}0]}}", "[],".repeat(10_000_000))).unwrap();
