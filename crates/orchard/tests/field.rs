@@ -22,7 +22,7 @@ fn refused(folder: &Path, line: &str) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-const RUN: &str = "bench-field --conditions wind-3,odometry-0.1,d435i,husky-ur5e-2f85,calibrated --seeds 3 --trees 1 --horizon 0.2";
+const RUN: &str = "bench-field --conditions nominal,wind-3,odometry-0.1,d435i,husky-ur5e-2f85,calibrated --seeds 3 --trees 1 --horizon 0.2";
 
 /// Files that depend on neither clock nor parts.
 fn results(folder: &Path) -> Vec<(String, Vec<u8>)> {
@@ -45,7 +45,7 @@ fn conditions_are_run_resumed_parted_and_reported() {
     let said = run(home, &format!("{RUN} --out whole"));
     assert!(said.contains("condition wind-3:") && said.contains("conditions outside sweeps"), "{said}");
     let whole = results(&home.join("whole"));
-    assert_eq!(whole.len(), 6);
+    assert_eq!(whole.len(), 7);
     // What is there is not computed again, and what is missing is.
     fs::remove_file(home.join("whole/episodes").join(&whole[1].0)).unwrap();
     fs::remove_file(home.join("whole/summary.json")).unwrap();
@@ -58,7 +58,10 @@ fn conditions_are_run_resumed_parted_and_reported() {
     assert!(results(&home.join("merged")) == whole);
     run(home, "report merged --no-pictures");
     let page = fs::read_to_string(home.join("merged/report.html")).unwrap();
-    assert!(page.contains("id=\"conditions\""));
+    for part in ["id=\"conditions\"", "id=\"sweep-wind\"", "husky-ur5e-2f85"] {
+        assert!(page.contains(part), "{part}");
+    }
+    assert!(!page.contains("No foliage sweep"));
     // Another benchmark in the same folder is another plan.
     let e = refused(home, "bench-v1 --conditions nominal --seeds 3 --trees 1 --horizon 0.2 --out merged");
     assert!(e.contains("--out"), "{e}");

@@ -24,7 +24,7 @@ pub fn page(
     let mut sections = vec![headline::section(results, protocol)];
     sections.extend(conditions::section(results, figures));
     sections.extend([
-        sweeps::section(results, figures),
+        sweeps::section(results, figures, protocol),
         detection::section(results, figures, protocol),
         components::section(results),
         canopy::zones(results, figures, paper),
