@@ -67,6 +67,32 @@ fn worlds_in_wind_have_their_own_bits() {
     }
 }
 
+/// A pull on a fruit stays on in wind, frame after frame, until the stem gives way as in f64; without the pull it holds.
+#[test]
+fn a_pull_stays_on_in_wind() {
+    const FRAMES: u32 = 30;
+    let Some(gpu) = device() else { return };
+    let worlds = in_wind(1, WIND);
+    let plant = worlds[0].plant().clone();
+    let pull = Vec3::new(0.0, 0.0, -0.9 * plant.fruit.fruit[0].detach_force);
+    let is_off = |event: &TreeEvent| matches!(event, TreeEvent::Detached { fruit: 0, .. });
+    let detached = |batch: &mut GpuBatch| -> Vec<u32> {
+        batch.advance(FRAMES);
+        let events = batch.events().unwrap().into_iter();
+        events.filter(|e| is_off(&e.event)).map(|e| e.frame).collect()
+    };
+    let mut held = GpuBatch::new(&gpu, &worlds).unwrap();
+    assert!(detached(&mut held).is_empty());
+    let mut pulled = GpuBatch::new(&gpu, &worlds).unwrap();
+    pulled.pull(0, 0, pull);
+    let found = detached(&mut pulled);
+    let mut world = worlds[0].clone();
+    world.data_mut().point_force_world[plant.fruit.points[0].index()] = pull;
+    let truth: Vec<u32> = (1..=FRAMES).filter(|_| world.step().iter().any(is_off)).collect();
+    assert_eq!(found, truth);
+    assert!(truth.iter().all(|frame| *frame > 1) && truth.len() == 1, "{truth:?}");
+}
+
 /// A spur that is the weaker tears, and a zone without strength against twist is twisted off by the swing: both as in f64, by elimination and by conjugate gradients.
 #[test]
 fn weak_spurs_tear_and_weak_zones_twist_off() {

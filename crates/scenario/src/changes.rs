@@ -8,7 +8,7 @@ use crate::limits;
 use crate::resolve::detector;
 use crate::{Names, OptionValue, Scenario, ScenarioError, SceneNames, detector_for, robot};
 
-/// What differs from a scenario; all else stays as it is.
+/// Differences from a scenario. A field without a value leaves its part of the scenario as it is.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Changes {

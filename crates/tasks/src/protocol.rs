@@ -19,7 +19,7 @@ use crate::zones::ZoneRules;
 /// The protocol as TOML text.
 pub const PAPER_TOML: &str = include_str!("../configs/bench/v1.toml");
 
-/// What the protocol of the benchmark in the field changes, as TOML text.
+/// Differences of the protocol of the benchmark in the field from that of benchmark v1, as TOML text.
 pub const FIELD_TOML: &str = include_str!("../configs/bench/field.toml");
 
 /// Names and texts of the protocols, of which the first is the one without a name.

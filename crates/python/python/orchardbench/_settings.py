@@ -154,6 +154,6 @@ def checked_actions(actions: object, shape: tuple[int, ...]) -> NDArray[np.float
         raise TypeError(f"actions must be floating-point numbers, not {array.dtype}")
     if array.shape != shape:
         raise ValueError(f"actions have the shape {array.shape}, but {shape} is needed")
-    # What is too large becomes infinite, and the environment refuses that.
+    # A number beyond 32 bits becomes infinite, and the environment refuses it.
     with np.errstate(over="ignore"):
         return np.ascontiguousarray(array, dtype=np.float32)

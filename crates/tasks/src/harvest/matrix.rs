@@ -30,11 +30,11 @@ pub struct SweepRules {
     /// Condition that the others are compared with, and that they are like but for the dial; without it the nominal one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference: Option<String>,
-    /// What else changes where the dial is turned: it switches on what the figure belongs to. Where it changes something, the dial stands at 0
-    /// in the reference.
+    /// Changes that go with every value of the dial, such as the table that the figure belongs to. A sweep that has them takes 0 as the dial's value in
+    /// the reference.
     #[serde(default, skip_serializing_if = "Changes::is_empty")]
     pub on: Changes,
-    /// What changes at the value 0, instead of the figure, where the dial stands elsewhere in the reference.
+    /// Changes in the place of the figure at the value 0, for a dial that has another value in the reference.
     #[serde(default, skip_serializing_if = "Changes::is_empty")]
     pub off: Changes,
 }
@@ -164,7 +164,7 @@ impl Dials {
 pub struct MatrixCondition {
     /// Name.
     pub name: String,
-    /// What it changes, one after the other.
+    /// Changes of the scenario, applied in this order.
     pub changes: Vec<Changes>,
     /// Figure of the world that it sets in the end: path, and value in the figure's unit.
     pub figure: Option<(String, f64)>,
