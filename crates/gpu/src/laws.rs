@@ -56,8 +56,8 @@ impl Laws {
         laws.chain([("TEAM", self.team() as f64)]).collect()
     }
 
-    /// Number of warps of a tile. Stems that bend take so many registers that a multiprocessor holds one tile of six warps, or two of four. Conjugate gradients have six: with
-    /// four, worlds of different trees in a tile had other bits than alone (`worlds_in_wind_have_their_own_bits`), and the cause is not known.
+    /// Number of warps of a tile. Stems that bend take so many registers that a multiprocessor holds one tile of six warps, or two of four. Conjugate gradients have six:
+    /// with four, Mesa's software adapter (22.3) steps a tile of several worlds wrongly, while an H100 gives the bits of worlds alone. The cause is not known.
     pub fn team(self) -> usize {
         if self.stems && !self.conjugate { TEAM_ON_STEMS } else { WARPS }
     }
