@@ -324,9 +324,9 @@ fn bad_input_is_told_before_anything_is_computed() {
     };
     for (args, part) in [
         (&["--trees", "0"][..], "--trees: "),
-        (&["--conditions", "windy"], "--conditions: windy is neither a condition nor a sweep"),
+        (&["--conditions", "windy"], "--conditions: windy is neither a condition nor a group or sweep"),
         (&["--shard", "4/3"], "'4/3' must be I/N"),
-        (&["--seeds", "v2"], "use 'tuning', 'v1', or whole numbers"),
+        (&["--seeds", "v2"], "use 'tuning', 'v1' or 'field-v1', or whole numbers"),
         (&["--controller", "nobody"], "--controller: no controller 'nobody'; the controllers are:"),
         (&["--preset", "lemon"], "--preset: no preset 'lemon'"),
         (&["--preset", "paper", "--randomisation", "2"], "--randomisation 2: must be a strength in [0, 1]"),
