@@ -122,6 +122,8 @@ pub struct Entry {
     pub episodes: u32,
     /// Of these, with a quarantined world.
     pub quarantined: u32,
+    /// Of these, in which the controller gave up: a network, for example, that gave no usable action.
+    pub gave_up: u32,
     /// Code version.
     pub code_version: String,
     /// SHA-256 of all config texts.
@@ -179,6 +181,7 @@ impl Entry {
             place_success_per_attempt: mean("place_success_per_attempt"),
             episodes: summary.conditions.values().map(|c| c.episodes.len() as u32).sum(),
             quarantined: summary.quarantined,
+            gave_up: summary.gave_up.values().sum(),
             code_version: summary.code_version.clone(),
             config_hash: summary.config_hash.clone(),
             records_sha256: submission.records_sha256.clone(),
@@ -218,8 +221,11 @@ impl Entry {
             is(holds, format!("completeness_ci95 ends at {high}, outside [{}, 1]", self.completeness))?;
         }
         is(self.episodes > 0, "episodes = 0: an entry has at least one".to_owned())?;
-        for (field, count) in [("quarantined", self.quarantined), ("checked.episodes", self.checked.episodes)]
-        {
+        for (field, count) in [
+            ("quarantined", self.quarantined),
+            ("gave_up", self.gave_up),
+            ("checked.episodes", self.checked.episodes),
+        ] {
             is(count <= self.episodes, format!("{field} = {count} is outside [0, {}]", self.episodes))?;
         }
         is(

@@ -72,7 +72,7 @@ fn sum_up_again(folder: &Path) {
 #[test]
 fn an_honest_result_is_run_again_and_replayed() {
     let folder = result();
-    let verified = verified(folder.path(), &plan(), 1000).unwrap();
+    let mut verified = verified(folder.path(), &plan(), 1000).unwrap();
     assert_eq!((verified.records_sha256.len(), verified.records.len()), (64, 8));
     assert!(verified.has_commands());
     let all: Vec<usize> = (0..8).collect();
@@ -85,8 +85,10 @@ fn an_honest_result_is_run_again_and_replayed() {
     assert_eq!(Some(entry.completeness), nominal.metrics["harvest_completeness"].mean);
     assert_eq!(Some(entry.dropped_per_tree), nominal.metrics["fruit_dropped_per_tree"].mean);
     assert_eq!((entry.episodes, entry.quarantined, entry.within_budget), (8, 2, true));
+    verified.summary.gave_up = [("no_action".into(), 1), ("action_not_finite".into(), 2)].into();
     let strict = Entry::new("mine", Budget::of_figures(0.0, 0.0).unwrap(), &verified, checked).unwrap();
     assert!(!strict.within_budget && strict.damage() > 0.0);
+    assert_eq!((entry.gave_up, strict.gave_up), (0, 3));
 }
 
 #[test]

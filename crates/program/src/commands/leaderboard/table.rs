@@ -6,7 +6,7 @@ use orchard_tasks::seeds::SeedSetName;
 use super::ranking;
 
 /// Columns of the whole table.
-const COLUMNS: usize = 16;
+const COLUMNS: usize = 17;
 /// Hexadecimal digits of a hash that are shown.
 const DIGITS: usize = 12;
 
@@ -52,6 +52,7 @@ fn text(board: &Board, budget: Option<&Budget>, columns: usize) -> String {
         "",
         "checked",
         "quarantined",
+        "gave up",
         "declared place success",
         "code",
         "records",
@@ -99,6 +100,7 @@ fn row(ranked: &Ranked<'_>, budget: Option<&Budget>) -> [String; COLUMNS] {
         if place.is_some() { "" } else { "OVER BUDGET" }.to_owned(),
         format!("{} of {}", entry.checked.episodes, entry.episodes),
         entry.quarantined.to_string(),
+        entry.gave_up.to_string(),
         optional(entry.place_success_per_attempt, 2),
         entry.code_version.clone(),
         entry.records_sha256.chars().take(DIGITS).collect(),

@@ -25,6 +25,7 @@ fn entry(name: &str, budget: &Budget, completeness: f64, snapped: f64, dropped: 
         place_success_per_attempt: Some(0.75),
         episodes: 330,
         quarantined: 0,
+        gave_up: 7,
         code_version: "0.1.0+abc".into(),
         config_hash: "hash".into(),
         records_sha256: format!(
@@ -75,6 +76,8 @@ fn a_board_is_kept_as_file_table_and_figure() {
         assert!(line.starts_with(start), "{table}");
     }
     assert_eq!(lines.iter().filter(|line| line.contains("OVER BUDGET")).count(), 1);
+    assert!(lines[0].contains("| quarantined | gave up |"), "{table}");
+    assert_eq!(lines.iter().filter(|line| line.contains("| 0           | 7       |")).count(), 5, "{table}");
     let svg = fs::read_to_string(file.with_extension("svg")).unwrap();
     for name in ["expert", "careful", "baseline", "hasty", "budget gentle", "practice"] {
         assert!(svg.contains(name), "{name}");
