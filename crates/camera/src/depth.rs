@@ -2,7 +2,7 @@
 
 use crate::primitive::{Hit, Primitive, for_each_primitive};
 use crate::raster::Raster;
-use crate::{Label, NO_INSTANCE, Scene};
+use crate::{Item, Label, NO_INSTANCE, Scene};
 use orchard_geometry::{DepthImage, Image, Intrinsics, Pose};
 
 /// Upper bound of the relative rounding error of a depth, f32 included.
@@ -50,7 +50,9 @@ pub fn render(
     if (out.depth.width(), out.depth.height()) != (width, height) {
         *out = Frame::new(width, height);
     }
-    rasterise(scene, intrinsics, x_world_camera, far, &mut out.depth, &mut out.instance);
+    out.instance.pixels_mut().fill(NO_INSTANCE);
+    let item = |item, _| item;
+    rasterise(&scene.items, intrinsics, x_world_camera, far, &mut out.depth, &mut out.instance, item);
     let shown: Vec<(Label, u32)> = scene.items.iter().map(|item| (item.label, item.instance)).collect();
     let pixels = out.depth.pixels_mut().iter_mut().zip(out.label.pixels_mut());
     for ((depth, label), instance) in pixels.zip(out.instance.pixels_mut()) {
@@ -63,55 +65,59 @@ pub fn render(
     }
 }
 
-/// Finds the nearest surface up to `far`: its depth (infinite if none) and the index of its item (or
-/// [`NO_INSTANCE`]). Both images must have the intrinsics' size.
-pub(crate) fn rasterise(
-    scene: &Scene,
+/// Finds the nearest surface up to `far`: its depth (infinite if none), and a mark made of the indices of its item and of the primitive among
+/// those of the item. Marks of pixels without a surface stay as they are. Both images must have the intrinsics' size.
+pub(crate) fn rasterise<'a, M: Copy>(
+    items: impl IntoIterator<Item = &'a Item>,
     intrinsics: &Intrinsics,
     x_world_camera: &Pose,
     far: f64,
     depth: &mut DepthImage,
-    index: &mut Image<u32>,
+    marks: &mut Image<M>,
+    mark: impl Fn(u32, u32) -> M,
 ) {
     depth.pixels_mut().fill(f32::INFINITY);
-    index.pixels_mut().fill(NO_INSTANCE);
     let x_camera_world = x_world_camera.inverse();
     let raster = Raster::new(intrinsics, far);
     let within = raster.view();
-    for (i, item) in (0_u32..).zip(&scene.items) {
-        let mut canvas = Canvas { item: i, depth, index };
-        for_each_primitive(item, &x_camera_world, &within, |primitive| match primitive {
-            Primitive::Sphere(p) => canvas.draw(&raster, p),
-            Primitive::Capsule(p) => canvas.draw(&raster, p),
-            Primitive::Box(p) => canvas.draw(&raster, p),
-            Primitive::Plane(p) => canvas.draw(&raster, p),
-            Primitive::Triangle(p) => canvas.draw(&raster, p),
+    for (i, item) in (0_u32..).zip(items) {
+        let mut parts = 0_u32..;
+        for_each_primitive(item, &x_camera_world, &within, |primitive| {
+            let mark = mark(i, parts.next().unwrap_or(u32::MAX));
+            let mut canvas = Canvas { mark, depth, marks };
+            match primitive {
+                Primitive::Sphere(p) => canvas.draw(&raster, p),
+                Primitive::Capsule(p) => canvas.draw(&raster, p),
+                Primitive::Box(p) => canvas.draw(&raster, p),
+                Primitive::Plane(p) => canvas.draw(&raster, p),
+                Primitive::Triangle(p) => canvas.draw(&raster, p),
+            }
         });
     }
 }
 
-/// Z-buffer into which an item is drawn.
-struct Canvas<'a> {
-    item: u32,
+/// Z-buffer into which a primitive is drawn.
+struct Canvas<'a, M> {
+    mark: M,
     depth: &'a mut DepthImage,
-    index: &'a mut Image<u32>,
+    marks: &'a mut Image<M>,
 }
 
-impl Canvas<'_> {
+impl<M: Copy> Canvas<'_, M> {
     fn draw(&mut self, raster: &Raster, primitive: &impl Hit) {
         // Skip pixels whose depth is nearer than the whole primitive.
         let nearest = (primitive.depths().0 * (1.0 - ROUNDING)) as f32;
         for row in raster.rows(primitive) {
             let depths = self.depth.pixels_mut()[row.pixels.clone()].iter_mut();
-            let items = self.index.pixels_mut()[row.pixels.clone()].iter_mut();
-            for ((ray, depth), index) in row.rays().zip(depths).zip(items) {
+            let marks = self.marks.pixels_mut()[row.pixels.clone()].iter_mut();
+            for ((ray, depth), mark) in row.rays().zip(depths).zip(marks) {
                 if *depth <= nearest {
                     continue;
                 }
                 if let Some(z) = primitive.hit(&ray) {
                     let z = z as f32;
                     if z < *depth {
-                        (*depth, *index) = (z, self.item);
+                        (*depth, *mark) = (z, self.mark);
                     }
                 }
             }

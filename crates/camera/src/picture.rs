@@ -14,11 +14,10 @@ pub use false_color::{
 
 use crate::depth::rasterise;
 use crate::primitive::{Primitive, for_each_primitive};
-use crate::{Geometry, Item, NO_INSTANCE, Scene};
+use crate::{Geometry, Item, Scene};
 use light::Lighting;
 use material::Palette;
 use orchard_geometry::{DepthImage, Image, Intrinsics, Pose, Shape, Vec3, math};
-use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
 /// Light and image quality of a picture.
@@ -133,6 +132,13 @@ impl<'a> Studio<'a> {
     }
 }
 
+/// Surface that a sample meets: its item, and its primitive among those of the item.
+#[derive(Debug, Clone, Copy)]
+struct Met {
+    item: u32,
+    part: u32,
+}
+
 /// Samples of one picture.
 struct View<'a> {
     studio: &'a Studio<'a>,
@@ -140,18 +146,21 @@ struct View<'a> {
     x_world_camera: &'a Pose,
     x_camera_world: Pose,
     depth: DepthImage,
-    index: Image<u32>,
-    /// Primitives of the items hit so far, in the camera frame.
-    primitives: BTreeMap<u32, Vec<Primitive>>,
+    met: Image<Option<Met>>,
+    /// Primitives of each item in the camera frame; none of items that no sample has met.
+    primitives: Vec<Vec<Primitive>>,
 }
 
 impl<'a> View<'a> {
     fn new(studio: &'a Studio<'a>, intrinsics: Intrinsics, x_world_camera: &'a Pose) -> Self {
         let mut depth = DepthImage::filled(intrinsics.width, intrinsics.height, 0.0);
-        let mut index = Image::filled(intrinsics.width, intrinsics.height, NO_INSTANCE);
-        rasterise(studio.scene, &intrinsics, x_world_camera, f64::INFINITY, &mut depth, &mut index);
+        let mut met = Image::filled(intrinsics.width, intrinsics.height, None);
+        let (items, far) = (&studio.scene.items, f64::INFINITY);
+        let mark = |item, part| Some(Met { item, part });
+        rasterise(items, &intrinsics, x_world_camera, far, &mut depth, &mut met, mark);
         let x_camera_world = x_world_camera.inverse();
-        Self { studio, intrinsics, x_world_camera, x_camera_world, depth, index, primitives: BTreeMap::new() }
+        let primitives = vec![Vec::new(); studio.scene.items.len()];
+        Self { studio, intrinsics, x_world_camera, x_camera_world, depth, met, primitives }
     }
 
     /// Linear light of sample (u, v), which is the `k`-th of `n` of its pixel.
@@ -159,9 +168,11 @@ impl<'a> View<'a> {
         let Studio { scene, style, lighting, palette } = self.studio;
         let ray = self.intrinsics.ray(u as f64, v as f64);
         let view_world = (self.x_world_camera.rotation * ray).normalize();
-        let item = self.index[(u, v)];
-        let met = (item != NO_INSTANCE).then(|| self.meet(item, &ray, f64::from(self.depth[(u, v)])));
-        let Some((z, normal)) = met.flatten() else { return lighting.sky(&view_world) };
+        let met = self.met[(u, v)].and_then(|met| {
+            let surface = self.meet(met, &ray, f64::from(self.depth[(u, v)]))?;
+            Some((&scene.items[met.item as usize], surface))
+        });
+        let Some((item, (z, normal))) = met else { return lighting.sky(&view_world) };
         let outer_side = normal.dot(&ray) < 0.0;
         let facing = if outer_side { normal } else { -normal };
         let surface = Surface {
@@ -170,28 +181,29 @@ impl<'a> View<'a> {
             outer_side,
             view_world,
         };
-        let material = palette.material(&scene.items[item as usize], &surface);
+        let material = palette.material(item, &surface);
         let color = lighting.shade(&surface, &material, (k, n));
         // Haze: distance blends into the horizon.
         let clear = math::exp(-z * ray.norm() / style.haze_length);
         color * clear + lighting.horizon() * (1.0 - clear)
     }
 
-    /// Depth and normal (not normalised) at which a ray meets an item; the depth, rounded to f32, is `z`.
-    fn meet(&mut self, index: u32, ray: &Vec3, z: f64) -> Option<(f64, Vec3)> {
-        let item = &self.studio.scene.items[index as usize];
-        let nearest = |primitives: &[Primitive]| {
-            let hits = primitives.iter().filter_map(|p| p.hit_with_normal(ray));
-            hits.min_by(|a, b| a.0.total_cmp(&b.0))
-        };
+    /// Depth and normal (not normalised) at which a ray meets a surface; the depth, rounded to f32, is `z`.
+    fn meet(&mut self, met: Met, ray: &Vec3, z: f64) -> Option<(f64, Vec3)> {
+        let item = &self.studio.scene.items[met.item as usize];
         // Terrain has too many triangles: only those at the hit point are tried.
         if matches!(item.geometry, Geometry::Shape(Shape::HeightField(_))) {
             let rounding = 2.0 * f64::from(f32::EPSILON);
             let ends = [ray * (z * (1.0 - rounding)), ray * (z * (1.0 + rounding))];
-            return nearest(&primitives_of(item, &self.x_camera_world, &ends));
+            let primitives = primitives_of(item, &self.x_camera_world, &ends);
+            let hits = primitives.iter().filter_map(|p| p.hit_with_normal(ray));
+            return hits.min_by(|a, b| a.0.total_cmp(&b.0));
         }
-        let x_camera_world = &self.x_camera_world;
-        nearest(self.primitives.entry(index).or_insert_with(|| primitives_of(item, x_camera_world, &[])))
+        let known = &mut self.primitives[met.item as usize];
+        if known.is_empty() {
+            *known = primitives_of(item, &self.x_camera_world, &[]);
+        }
+        known.get(met.part as usize)?.hit_with_normal(ray)
     }
 }
 
@@ -222,10 +234,37 @@ fn display(linear: f64) -> f64 {
     if y <= 0.003_130_8 { 12.92 * y } else { 1.055 * math::pow(y, 1.0 / 2.4) - 0.055 }
 }
 
-/// Maps linear light to an sRGB value, 0 to 255: [`display`] rounded, found among the lights at which the rounded value rises.
+/// The lights at which the rounded value of [`display`] rises, 0 to 255; the last one, infinite, is no rise.
+struct Rises {
+    lights: [f64; 256],
+    /// Number of rises below each run of lights, from the first rise's run to the last one's. A run has at most one rise.
+    before: Vec<u8>,
+}
+
+impl Rises {
+    fn new() -> Self {
+        let lights =
+            std::array::from_fn(|value| if value < 255 { rise(value as f64) } else { f64::INFINITY });
+        let runs = run(lights[0])..=run(lights[254]);
+        let before = runs.map(|of| lights.partition_point(|light| run(*light) < of) as u8).collect();
+        Self { lights, before }
+    }
+}
+
+/// Number of a light's run: lights that share their exponent and eight binary digits.
+fn run(linear: f64) -> u64 {
+    linear.to_bits() >> (f64::MANTISSA_DIGITS - 1 - 8)
+}
+
+/// Maps linear light to an sRGB value, 0 to 255: [`display`] rounded.
 fn shown(linear: f64) -> u8 {
-    static RISES: LazyLock<[f64; 255]> = LazyLock::new(|| std::array::from_fn(|value| rise(value as f64)));
-    RISES.partition_point(|rise| *rise <= linear) as u8
+    static RISES: LazyLock<Rises> = LazyLock::new(Rises::new);
+    let Rises { lights, before } = &*RISES;
+    // Not a number counts as 0.
+    let linear = linear.max(0.0);
+    let of = run(linear).saturating_sub(run(lights[0])) as usize;
+    let value = before[of.min(before.len() - 1)];
+    value + u8::from(lights[usize::from(value)] <= linear)
 }
 
 /// The least light that [`display`] maps above a value, 0 to 254.
@@ -270,6 +309,13 @@ mod tests {
             let linear = 1e-3 * f64::from(k) - 0.5;
             assert_eq!(f64::from(shown(linear)), (255.0 * display(linear)).round(), "{linear}");
         }
-        assert_eq!((shown(f64::NAN), shown(1e300)), (0, 255));
+        assert_eq!((shown(f64::NAN), shown(1e300), shown(f64::INFINITY)), (0, 255, 255));
+        let rises = Rises::new().lights;
+        let at_rises = rises.iter().zip(1..=255_u8).all(|(light, value)| {
+            (shown(*light), shown(light.next_down()), shown(light.next_up())) == (value, value - 1, value)
+        });
+        assert!(at_rises);
+        let runs: Vec<u64> = rises.iter().map(|light| run(*light)).collect();
+        assert!(runs.windows(2).all(|pair| pair[0] < pair[1]), "two rises in one run");
     }
 }

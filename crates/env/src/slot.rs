@@ -169,10 +169,9 @@ impl Slot {
         let Some((world, episode)) = &mut self.running else { return };
         let frames = shared.interface.policy.frames;
         // Only the last image of a step is seen.
-        let (seen, now) = (shared.interface.policy.spaces.depth, world.frame());
+        let seen = shared.interface.policy.spaces.depth;
         let last_image = (1..=frames).rev().find(|&k| seen && world.delivers_in(k));
         let request = shared.encoding.pictures();
-        let last_picture = (1..=frames).rev().find(|&k| request.is_some_and(|r| r.is_due(now + k)));
         episode.task.begin_step(world);
         let (mut damage, mut ending) = (Damage::default(), None);
         for k in 1..=frames {
@@ -185,8 +184,8 @@ impl Slot {
             if last_image == Some(k) {
                 world.observe();
             }
-            if last_picture == Some(k) {
-                episode.pictures = request.map(|request| world.take_pictures(request));
+            if let Some(request) = request.filter(|request| request.is_due(world.frame())) {
+                episode.pictures = Some(world.take_pictures(request));
             }
             if ending.is_none() && episode.stall.stalled(&world.sense()) {
                 ending = Some(Ending::STALLED);

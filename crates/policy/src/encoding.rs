@@ -31,7 +31,8 @@ impl Encoding {
         frame_rate: f64,
     ) -> Result<Self, SettingError> {
         let (scales, frames) = (Scales::v1(), spaces.frames(frame_rate)?);
-        let request = |pixels: Pixels| pixels.request(robot, &scales.pixels, frame_rate).map(Arc::new);
+        let request =
+            |pixels: Pixels| pixels.request(robot, &scales.pixels, frame_rate, frames).map(Arc::new);
         let pictures = spaces.pixels.map(request).transpose()?;
         let period = f64::from(frames) / frame_rate;
         let drive = Drive::new(robot, spaces.control, &scales, frames, period);

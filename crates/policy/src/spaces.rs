@@ -164,7 +164,7 @@ impl Spaces {
 }
 
 impl Pixels {
-    /// The pictures of a robot's cameras at a frame rate \[Hz\].
+    /// The pictures of a robot's cameras at a frame rate \[Hz\], looked at every `look` frames.
     ///
     /// # Errors
     /// As [`Self::frames`].
@@ -173,6 +173,7 @@ impl Pixels {
         robot: &RobotModel,
         rules: &PixelRules,
         frame_rate: f64,
+        look: u32,
     ) -> Result<PictureRequest, SettingError> {
         let arm = robot.kinematics();
         let p_base = |from: &[Quantity; 3]| {
@@ -180,6 +181,7 @@ impl Pixels {
         };
         Ok(PictureRequest {
             period: self.frames(frame_rate)?,
+            look,
             size: [self.width as usize, self.height as usize],
             p_base_eye: p_base(&rules.eye),
             p_base_aim: p_base(&rules.aim),

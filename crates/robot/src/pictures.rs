@@ -19,6 +19,8 @@ pub struct Pictures {
 pub struct PictureRequest {
     /// Frames from pictures to pictures; the first are taken at the start.
     pub period: u32,
+    /// Frames from one look at them to the next; the first is at the start. Pictures that newer ones replace before a look are not drawn.
+    pub look: u32,
     /// Columns and rows.
     pub size: [usize; 2],
     /// Place of the fixed camera \[m, base\].
@@ -36,14 +38,49 @@ pub struct PictureRequest {
 }
 
 impl PictureRequest {
-    /// True if pictures are taken in a frame.
+    /// True if pictures are drawn in a frame: they are taken there, and they are the newest ones at a look.
     pub fn is_due(&self, frame: u32) -> bool {
-        frame.is_multiple_of(self.period)
+        let age_at_look = frame.next_multiple_of(self.look) - frame;
+        frame.is_multiple_of(self.period) && age_at_look < self.period
     }
 
     /// True if pictures have the size that was asked for.
     pub fn fits(&self, pictures: &Pictures) -> bool {
         let [width, height] = self.size;
         [&pictures.wrist, &pictures.base].iter().all(|bytes| bytes.len() == 3 * width * height)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn request(period: u32, look: u32) -> PictureRequest {
+        PictureRequest {
+            period,
+            look,
+            size: [1, 1],
+            p_base_eye: Vec3::zeros(),
+            p_base_aim: Vec3::x(),
+            vertical_fov: 1.0,
+            supersampling: 1,
+            sun_map: 16,
+            sky_map: 0,
+        }
+    }
+
+    #[test]
+    fn each_look_sees_the_pictures_that_it_would_see_if_all_were_drawn() {
+        for period in 1..=12 {
+            for look in 1..=12 {
+                let drawn = |frame: &u32| request(period, look).is_due(*frame);
+                for at in (0..200).step_by(look as usize) {
+                    assert_eq!((0..=at).rev().find(drawn), Some(at - at % period), "{period} {look} {at}");
+                }
+                // Each is seen.
+                let count = (0..200).filter(drawn).count() as u32;
+                assert!(count <= 200_u32.div_ceil(period.max(look)) + 1, "{period} {look} {count}");
+            }
+        }
     }
 }

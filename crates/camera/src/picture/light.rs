@@ -3,7 +3,7 @@
 use super::material::Material;
 use super::{PictureStyle, Surface, look_at};
 use crate::depth::rasterise;
-use crate::{Geometry, Label, NO_INSTANCE, Scene};
+use crate::{Geometry, Item, Label, Scene};
 use orchard_geometry::{Aabb, DepthImage, Image, Intrinsics, Mat3, Shape, Vec3, math};
 
 /// Distance of a shadow map's camera \[m\]: far enough for nearly parallel rays, near enough for f32 depth.
@@ -73,8 +73,7 @@ impl Lighting {
         let overcast = style.overcast.clamp(0.0, 1.0);
         let strength = style.sun_strength.max(0.0) * (1.0 - overcast);
         // The ground lies under all objects: it receives shadow and casts none.
-        let casters =
-            Scene { items: scene.items.iter().filter(|i| i.label != Label::Ground).cloned().collect() };
+        let casters: Vec<&Item> = scene.items.iter().filter(|i| i.label != Label::Ground).collect();
         let bounds = ball_about(&casters);
         let sky = (0..SKY_DIRECTIONS).map(sky_direction);
         let shines = strength > 0.0;
@@ -97,7 +96,7 @@ impl Lighting {
         let up = d.z.max(0.0);
         let blend = 1.0 - math::exp(-6.0 * up);
         let towards = d.dot(&self.sun_world);
-        let glow = if towards > 0.0 { math::pow(towards, 24.0) } else { 0.0 };
+        let glow = if towards > 0.0 { power(towards, 24) } else { 0.0 };
         self.horizon() * (1.0 - blend) + self.sky_light.zenith * blend + self.glow * glow
     }
 
@@ -111,15 +110,17 @@ impl Lighting {
         let facing = s.n_world.dot(&self.sun_world);
         let (front, back) = (facing.max(0.0), (-facing).max(0.0));
         let lit_side = if facing >= 0.0 { s.n_world } else { -s.n_world };
-        let lit =
-            self.sun.as_ref().map_or(0.0, |map| map.light(&(s.p_world + lit_side * OFFSET.max(map.pixel))));
+        // The far side of a surface that lets no light through needs no look at the map.
+        let receives = front > 0.0 || m.transmitted != Vec3::zeros();
+        let map = self.sun.as_ref().filter(|_| receives);
+        let lit = map.map_or(0.0, |map| map.light(&(s.p_world + lit_side * OFFSET.max(map.pixel))));
         let sun = self.sun_color * lit;
         let mut out = m.color.component_mul(&sun) * front;
         out += m.transmitted.component_mul(&sun) * back;
         out += m.color.component_mul(&self.ambient(s, (k, n)));
-        if front > 0.0 && m.gloss > 0.0 {
+        if lit > 0.0 && front > 0.0 && m.gloss > 0.0 {
             let half = (self.sun_world - s.view_world).normalize();
-            out += sun * (m.gloss * math::pow(s.n_world.dot(&half).max(0.0), m.shininess));
+            out += sun * (m.gloss * power(s.n_world.dot(&half).max(0.0), m.shininess));
         }
         out
     }
@@ -144,6 +145,19 @@ impl Lighting {
     }
 }
 
+/// A whole power, by squaring: much faster than a power of two real numbers.
+fn power(x: f64, exponent: u32) -> f64 {
+    let (mut square, mut rest, mut product) = (x, exponent, 1.0);
+    while rest > 0 {
+        if rest % 2 == 1 {
+            product *= square;
+        }
+        square *= square;
+        rest /= 2;
+    }
+    product
+}
+
 /// Red, green and blue of the sun relative to a high sun, at a sine of its elevation: each falls exponentially with
 /// the air mass, blue fastest. The default sun counts as high.
 fn through_air(sin_elevation: f64) -> Vec3 {
@@ -163,14 +177,14 @@ fn sky_direction(i: usize) -> Vec3 {
 }
 
 /// Centre and radius of a ball around all bounded items.
-fn ball_about(scene: &Scene) -> (Vec3, f64) {
-    let of = |item: &crate::Item| match &item.geometry {
+fn ball_about(items: &[&Item]) -> (Vec3, f64) {
+    let of = |item: &&Item| match &item.geometry {
         Geometry::Shape(shape) => shape.aabb(&item.x_world_item),
         Geometry::Blade { length, width, .. } => {
             Shape::Sphere { radius: length.max(*width) }.aabb(&item.x_world_item)
         }
     };
-    let boxes = scene.items.iter().map(of).filter(|b| b.min.norm().is_finite() && b.max.norm().is_finite());
+    let boxes = items.iter().map(of).filter(|b| b.min.norm().is_finite() && b.max.norm().is_finite());
     let all =
         boxes.reduce(|a: Aabb, b| a.union(&b)).unwrap_or(Aabb { min: Vec3::zeros(), max: Vec3::zeros() });
     (0.5 * (all.min + all.max), 0.5 * (all.max - all.min).norm() + BIAS)
@@ -189,15 +203,16 @@ struct ShadowMap {
 }
 
 impl ShadowMap {
-    fn new(casters: &Scene, (center, radius): &(Vec3, f64), towards_light: &Vec3, size: usize) -> Self {
+    fn new(casters: &[&Item], (center, radius): &(Vec3, f64), towards_light: &Vec3, size: usize) -> Self {
         let f = 0.5 * size as f64 * DISTANCE / radius;
         let c = 0.5 * (size as f64 - 1.0);
         let intrinsics = Intrinsics { width: size, height: size, fx: f, fy: f, cx: c, cy: c };
         let distance = DISTANCE + radius;
         let x_world_light = look_at(&(center + towards_light * distance), center);
         let mut depth = DepthImage::filled(size, size, 0.0);
-        let mut index = Image::filled(size, size, NO_INSTANCE);
-        rasterise(casters, &intrinsics, &x_world_light, f64::INFINITY, &mut depth, &mut index);
+        let (casters, mut unmarked) = (casters.iter().copied(), Image::filled(size, size, ()));
+        let far = f64::INFINITY;
+        rasterise(casters, &intrinsics, &x_world_light, far, &mut depth, &mut unmarked, |_, _| ());
         let x_light_world = x_world_light.inverse();
         let r_light_world = *x_light_world.rotation.to_rotation_matrix().matrix();
         Self {
@@ -233,9 +248,10 @@ impl ShadowMap {
     }
 
     fn open(&self, u: f64, v: f64, z: f64) -> f64 {
-        let (u, v) = (u.round(), v.round());
-        let n = self.intrinsics.width as f64;
-        let inside = (0.0..n).contains(&u) && (0.0..n).contains(&v);
+        let size = self.intrinsics.width as f64;
+        // The nearest pixel. Beyond the map nothing casts shadow.
+        let (u, v) = (u + 0.5, v + 0.5);
+        let inside = (0.0..size).contains(&u) && (0.0..size).contains(&v);
         let shaded = inside && f64::from(self.depth[(u as usize, v as usize)]) < z - self.bias;
         if shaded { 0.0 } else { 1.0 }
     }

@@ -15,15 +15,15 @@ pub(super) struct Material {
     /// Strength of the specular highlight.
     pub(super) gloss: f64,
     /// Exponent of the specular highlight.
-    pub(super) shininess: f64,
+    pub(super) shininess: u32,
 }
 
 impl Material {
     fn matt(color: Vec3) -> Self {
-        Self { color, transmitted: Vec3::zeros(), gloss: 0.0, shininess: 1.0 }
+        Self { color, transmitted: Vec3::zeros(), gloss: 0.0, shininess: 1 }
     }
 
-    fn glossy(color: Vec3, gloss: f64, shininess: f64) -> Self {
+    fn glossy(color: Vec3, gloss: f64, shininess: u32) -> Self {
         Self { gloss, shininess, ..Self::matt(color) }
     }
 }
@@ -71,7 +71,7 @@ impl Palette {
         let red = mix(Vec3::new(0.50, 0.025, 0.03), Vec3::new(0.62, 0.07, 0.03), streaks);
         let ground_color = Vec3::new(0.66, 0.47, 0.09);
         let blush = 0.45 + 0.7 * ripeness + 1.1 * (cheek - 0.45) + 0.5 * (streaks - 0.5);
-        Material::glossy(mix(ground_color, red, blush), 0.22, 60.0)
+        Material::glossy(mix(ground_color, red, blush), 0.22, 60)
     }
 
     /// Leaf: dark and slightly glossy above, paler below, translucent.
@@ -85,7 +85,7 @@ impl Palette {
             color: color * midrib,
             transmitted: Vec3::new(0.13, 0.22, 0.025),
             gloss: if s.outer_side { 0.06 } else { 0.0 },
-            shininess: 20.0,
+            shininess: 20,
         }
     }
 
@@ -123,5 +123,5 @@ impl Palette {
 fn robot(item: &Item) -> Material {
     let orange = item.instance % 4 == 1;
     let color = if orange { Vec3::new(0.70, 0.16, 0.012) } else { Vec3::repeat(0.04) };
-    Material::glossy(color, 0.12, 30.0)
+    Material::glossy(color, 0.12, 30)
 }

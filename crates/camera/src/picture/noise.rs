@@ -3,32 +3,33 @@
 use orchard_geometry::Vec3;
 use orchard_spec::{Purpose, Stream};
 
-/// Number of entries of the table, a power of two.
+/// Number of entries of the table: those that a byte can name.
 const SIZE: usize = 256;
 
 /// Smooth noise over space and constant variation by instance, from the random stream `Appearance`.
 #[derive(Debug, Clone)]
 pub(super) struct Noise {
-    values: Vec<f64>,
-    order: Vec<usize>,
+    values: [f64; SIZE],
+    order: [u8; SIZE],
 }
 
 impl Noise {
     pub(super) fn new() -> Self {
         let mut rng = Stream::new(0, 0, Purpose::Appearance);
-        let values = (0..SIZE).map(|_| rng.unit()).collect();
-        let mut order: Vec<usize> = (0..SIZE).collect();
+        let values = std::array::from_fn(|_| rng.unit());
+        let mut order: [u8; SIZE] = std::array::from_fn(|i| i as u8);
         rng.shuffle(&mut order);
         Self { values, order }
     }
 
     fn lattice(&self, cell: [i64; 3]) -> f64 {
-        self.values[self.step(self.step(self.step(0, cell[0]), cell[1]), cell[2])]
+        self.values[usize::from(cell.into_iter().fold(0, |h, c| self.step(h, c)))]
     }
 
     /// Index in the table after hashing one more coordinate.
-    fn step(&self, h: usize, c: i64) -> usize {
-        self.order[(h + c.rem_euclid(SIZE as i64) as usize) % SIZE]
+    #[inline]
+    fn step(&self, h: u8, c: i64) -> u8 {
+        self.order[usize::from(h.wrapping_add(c as u8))]
     }
 
     /// Value in [0, 1) of an instance; channels are independent.
@@ -38,33 +39,56 @@ impl Noise {
 
     /// Trilinear value noise in [0, 1), one cell a unit.
     pub(super) fn at(&self, p: &Vec3) -> f64 {
-        let floor = p.map(f64::floor);
-        let smooth = (p - floor).map(|t| t * t * (3.0 - 2.0 * t));
         // Both planes of the cell across each axis, and their weights; neighbours share the steps to them.
-        let ends = |k: usize| {
-            let base = floor[k] as i64;
-            [(base, 1.0 - smooth[k]), (base.saturating_add(1), smooth[k])]
+        let ends = |x: f64| {
+            let (base, t) = cell(x);
+            let smooth = t * t * (3.0 - 2.0 * t);
+            [(base, 1.0 - smooth), (base.wrapping_add(1), smooth)]
         };
-        let (x, y, z) = (ends(0), ends(1), ends(2));
-        let at_x = x.map(|(c, _)| self.step(0, c));
-        let at_xy = at_x.map(|h| y.map(|(c, _)| self.step(h, c)));
-        let mut sum = 0.0;
-        for (k, (c, along_z)) in z.into_iter().enumerate() {
-            // On a plane of the lattice, such as level ground, the other plane has weight 0.
-            if k == 1 && along_z == 0.0 {
-                break;
+        let ([x0, x1], [y0, y1], [z0, z1]) = (ends(p.x), ends(p.y), ends(p.z));
+        let (at_x0, at_x1) = (self.step(0, x0.0), self.step(0, x1.0));
+        let along_z = |h: u8, y: (i64, f64), weight: f64| (self.step(h, y.0), weight * y.1);
+        let edges = [
+            along_z(at_x0, y0, x0.1),
+            along_z(at_x1, y0, x1.1),
+            along_z(at_x0, y1, x0.1),
+            along_z(at_x1, y1, x1.1),
+        ];
+        let plane = |mut sum: f64, (c, weight): (i64, f64)| {
+            for (h, along_xy) in edges {
+                sum += along_xy * weight * self.values[usize::from(self.step(h, c))];
             }
-            for (j, (_, along_y)) in y.into_iter().enumerate() {
-                for (i, (_, along_x)) in x.into_iter().enumerate() {
-                    sum += along_x * along_y * along_z * self.values[self.step(at_xy[i][j], c)];
-                }
-            }
-        }
-        sum
+            sum
+        };
+        let lower = plane(0.0, z0);
+        // On a plane of the lattice, such as level ground, the other plane has weight 0.
+        if z1.1 == 0.0 { lower } else { plane(lower, z1) }
     }
 
     /// Sum of three octaves.
     pub(super) fn rough(&self, p: &Vec3) -> f64 {
         (self.at(p) + 0.5 * self.at(&(p * 2.1)) + 0.25 * self.at(&(p * 4.3))) / 1.75
+    }
+}
+
+/// Floor of a number, and what is above it, 0 to 1: the standard library's floor is a call on processors without an instruction for it.
+#[inline]
+fn cell(x: f64) -> (i64, f64) {
+    let towards_zero = x as i64;
+    let floor = if (towards_zero as f64) > x { towards_zero.wrapping_sub(1) } else { towards_zero };
+    (floor, (x - floor as f64).clamp(0.0, 1.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_are_those_of_the_floor() {
+        for x in [0.0, -0.0, 0.25, -0.25, 3.0, -3.0, 1e15 + 0.5, -1e15 - 0.5, -1e-300] {
+            assert_eq!(cell(x), (x.floor() as i64, x - x.floor()), "{x}");
+        }
+        assert!([f64::MAX, f64::MIN].map(cell).iter().all(|(_, t)| (0.0..=1.0).contains(t)));
+        assert!(cell(f64::NAN).1.is_nan());
     }
 }
