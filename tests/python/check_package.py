@@ -9,7 +9,7 @@ import warnings
 import numpy as np
 from gymnasium.error import ClosedEnvironmentError, ResetNeeded
 
-from checks import raises
+from checks import raises, same
 from environments import SEED, orchard, single, vector
 
 import orchardbench
@@ -51,6 +51,8 @@ def test_bad_input_is_refused():
     one = single().unwrapped
     one.close()
     raises(ClosedEnvironmentError, "closed", lambda: one.reset())
+    raises(ClosedEnvironmentError, "closed", lambda: one.step(good[0]))
+    raises(ClosedEnvironmentError, "closed", lambda: one.snapshot())
     raises(ValueError, "--preset: no preset 'nowhere'", lambda: single(preset="nowhere"))
     raises(ValueError, "/no/such.toml", lambda: single(scenario="/no/such.toml"))
     raises(ValueError, "--camera", lambda: single(camera="eye"))
@@ -73,6 +75,8 @@ def in_fork(env, queue):
         queue.put("no error")
     except RuntimeError as e:
         queue.put(str(e))
+    # One that is made after the fork works.
+    queue.put(vector(1).reset(seed=SEED)[0])
 
 
 def test_a_forked_process_is_told_so():
@@ -85,9 +89,10 @@ def test_a_forked_process_is_told_so():
         warnings.simplefilter("ignore")
         process = context.Process(target=in_fork, args=(env, queue))
         process.start()
-    said = queue.get(timeout=60)
+    said, seen = queue.get(timeout=60), queue.get(timeout=60)
     process.join()
     assert "cannot be used in its fork" in said, said
+    same(seen, env.reset(seed=SEED)[0])
 
 
 def test_the_program_runs():
