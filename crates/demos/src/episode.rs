@@ -10,11 +10,11 @@ use orchard_policy::Values;
 use orchard_robot::Command;
 
 use crate::images::{Form, png};
-use crate::pilot::Pilot;
 use crate::plan::Plan;
 use crate::record::{DemoKey, Demonstration, FileRecord, ImagesRecord, Split, stem};
 use crate::steps::{Steps, Worth, commands_table};
 use crate::table::{Table, TableError};
+use crate::take::Taken;
 
 /// Folders of the tables.
 pub(crate) const STEPS: &str = "steps";
@@ -51,12 +51,12 @@ pub(crate) fn begin(plan: &Plan, key: &DemoKey) -> Result<TaskEnv, EnvError> {
     Ok(env)
 }
 
-/// Runs an episode from its start to its end; `None` if `stop` was raised. `on_frame` is called after every frame.
+/// Runs an episode from its start to its end; `None` if `stop` was raised. `take` takes a step, and `on_frame` is called after every frame.
 pub(crate) fn run(
     plan: &Plan,
     key: &DemoKey,
     env: &mut TaskEnv,
-    pilot: &mut dyn Pilot,
+    take: &mut dyn FnMut(&mut TaskEnv) -> Taken,
     sink: Sink<'_>,
     stop: &AtomicBool,
     on_frame: &mut dyn FnMut(),
@@ -75,7 +75,7 @@ pub(crate) fn run(
         let frame = env.truth(0).map_or(0, |world| world.frame());
         images.take(&policy.observation, env.observation(0), frame, sink)?;
         steps.see(frame, env.observation(0), &images.paths);
-        let (driven, phase) = pilot.step(env)?;
+        let (driven, phase) = take(env)?;
         driven.commands.iter().for_each(|_| on_frame());
         let report = env.report(0);
         let worth = Worth {

@@ -11,13 +11,13 @@ mod config;
 mod episode;
 mod images;
 mod meta;
-mod pilot;
 mod plan;
 mod record;
 mod run;
 mod steps;
 mod summary;
 mod table;
+mod take;
 mod verify;
 
 pub use config::{DemosRules, V1_TOML};

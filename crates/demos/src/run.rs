@@ -7,16 +7,16 @@ use orchard_bench::PlanError;
 use orchard_bench::digest::{FilesDigest, hex, sha256};
 use orchard_bench::store::{Store, StoreError};
 use orchard_bench::task::{Progress, RunError, Session, Task, TaskResult, run_task};
-use orchard_env::EnvError;
+use orchard_env::{EnvError, TaskEnv};
 
 use crate::episode::{self, COMMANDS, EpisodeError, STEPS, begin};
 use crate::images::Form;
 use crate::meta::Meta;
-use crate::pilot::Demonstrator;
 use crate::plan::Plan;
 use crate::record::{DemoKey, DemoRecord, Demonstration, FileRecord};
 use crate::summary::DemosSummary;
 use crate::table::{Column, Table};
+use crate::take::take_under;
 
 /// A finished run.
 pub type DemosResult = TaskResult<DemoRecord, DemosSummary>;
@@ -60,9 +60,10 @@ impl<'a> Demos<'a> {
         on_step: &mut dyn FnMut(),
     ) -> Result<Option<Demonstration>, EpisodeError> {
         let mut env = begin(self.plan, key)?;
-        let mut pilot = Demonstrator { controller: env.controller(0)?, via: self.plan.via };
+        let (mut controller, via) = (env.controller(0)?, self.plan.via);
+        let mut take = |env: &mut TaskEnv| take_under(env, &mut *controller, via);
         let mut sink = |path: &str, bytes: &[u8]| self.store.write_bytes(path, bytes);
-        let episode = episode::run(self.plan, key, &mut env, &mut pilot, &mut sink, stop, on_step)?;
+        let episode = episode::run(self.plan, key, &mut env, &mut take, &mut sink, stop, on_step)?;
         let Some(episode) = episode else { return Ok(None) };
         let (record, tables) = episode.files(key)?;
         for (file, bytes) in [&record.steps, &record.commands].into_iter().zip(&tables) {

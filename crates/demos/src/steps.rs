@@ -4,9 +4,9 @@ use orchard_policy::{Field, Values};
 use orchard_robot::{Command, JointValues};
 
 use crate::images::Form;
-use crate::pilot::StoredStep;
 use crate::record::ActionError;
 use crate::table::{Column, Table, TableError};
+use crate::take::StoredStep;
 
 /// Value of a field in a step.
 enum Seen {

@@ -6,16 +6,17 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use orchard_bench::record::Record;
 use orchard_bench::store::{Store, StoreError, Stored};
+use orchard_env::TaskEnv;
 use orchard_picker::ControllerKind;
 use rayon::prelude::*;
 
 use crate::episode::{self, begin};
 use crate::meta::{Meta, MetaError};
-use crate::pilot::Playback;
 use crate::plan::Plan;
 use crate::record::{DemoKey, DemoRecord, Demonstration};
 use crate::run::read_files;
 use crate::steps::{stored_commands, stored_steps};
+use crate::take::Playback;
 
 /// Result of a verification.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -90,9 +91,10 @@ fn again(plan: &Plan, store: &Store, key: &DemoKey, stop: &AtomicBool) -> Result
     let [steps, commands] = read_files(store.path(), &demo)?;
     let stored = stored_steps(&steps).map_err(|e| e.to_string())?;
     let played = stored_commands(&commands).map_err(|e| e.to_string())?;
-    let mut pilot = Playback::new(plan.via, stored, played);
+    let mut playback = Playback::new(plan.via, stored, played);
+    let mut take = |env: &mut TaskEnv| playback.step(env);
     let mut none = |_: &str, _: &[u8]| Ok(());
-    let episode = episode::run(plan, key, &mut env, &mut pilot, &mut none, stop, &mut || ());
+    let episode = episode::run(plan, key, &mut env, &mut take, &mut none, stop, &mut || ());
     let Some(episode) = episode.map_err(|e| e.to_string())? else { return Ok(()) };
     for (name, stored, now) in [("steps", &steps, &episode.steps), ("commands", &commands, &episode.commands)]
     {

@@ -1,32 +1,22 @@
-//! Who takes the steps of an episode: a controller, or what it did before.
+//! Takes the steps of an episode: under a controller, or as they were stored.
 
 use orchard_env::{Driven, EnvError, TaskEnv, Via};
 use orchard_picker::{Controller, Event, Record};
 use orchard_robot::{Command, Observation};
 
-/// Takes the steps of the only environment.
-pub(crate) trait Pilot {
-    /// Takes a step; returns it with the controller's state at its begin, empty if it logs none.
-    fn step(&mut self, env: &mut TaskEnv) -> Result<(Driven, String), EnvError>;
-}
+/// A step of the only environment, and the controller's state at its begin, empty if it logs none.
+pub(crate) type Taken = Result<(Driven, String), EnvError>;
 
-/// A controller of the benchmark.
-pub(crate) struct Demonstrator {
-    pub controller: Box<dyn Controller>,
-    pub via: Via,
-}
-
-impl Pilot for Demonstrator {
-    fn step(&mut self, env: &mut TaskEnv) -> Result<(Driven, String), EnvError> {
-        let now = env.truth(0).map_or(0.0, |world| world.sense().time);
-        let driven = env.drive(0, &mut *self.controller, self.via)?;
-        let entered = self.controller.record().events.iter().rev().find_map(|event| match event {
-            Event::StateChanged { time, state } if *time <= now => Some(serde_json::to_value(state)),
-            _ => None,
-        });
-        let name = entered.and_then(Result::ok).and_then(|name| name.as_str().map(str::to_owned));
-        Ok((driven, name.unwrap_or_default()))
-    }
+/// Takes a step under a controller of the benchmark.
+pub(crate) fn take_under(env: &mut TaskEnv, controller: &mut dyn Controller, via: Via) -> Taken {
+    let now = env.truth(0).map_or(0.0, |world| world.sense().time);
+    let driven = env.drive(0, controller, via)?;
+    let entered = controller.record().events.iter().rev().find_map(|event| match event {
+        Event::StateChanged { time, state } if *time <= now => Some(serde_json::to_value(state)),
+        _ => None,
+    });
+    let name = entered.and_then(Result::ok).and_then(|name| name.as_str().map(str::to_owned));
+    Ok((driven, name.unwrap_or_default()))
 }
 
 /// A step as it was stored.
@@ -68,10 +58,9 @@ impl Playback {
         let commands = Commands { commands, played: 0, record: Record::default() };
         Self { via, steps: steps.into_iter(), commands }
     }
-}
 
-impl Pilot for Playback {
-    fn step(&mut self, env: &mut TaskEnv) -> Result<(Driven, String), EnvError> {
+    /// Takes the next step.
+    pub fn step(&mut self, env: &mut TaskEnv) -> Taken {
         // A step too many keeps still and differs from the stored ones in its number.
         let still = StoredStep { action: Vec::new(), error: Vec::new(), phase: String::new() };
         let StoredStep { mut action, mut error, phase } = self.steps.next().unwrap_or(still);
