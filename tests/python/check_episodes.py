@@ -104,6 +104,39 @@ def test_a_snapshot_continues_with_the_same_bits():
     raises(ValueError, "1 states for 2 environments", lambda: other.restore(states[:1]))
 
 
+def test_info_has_the_form_of_gymnasium():
+    env = vector(2)
+    env.reset(seed=SEED)
+    _, info = env.reset(options={"reset_mask": np.array([False, True])})
+
+    def shown(info, mask):
+        """Types by key; beside each value is the mask."""
+        for key, value in info.items():
+            if not key.startswith("_"):
+                assert info[f"_{key}"].dtype == np.bool_ and list(info[f"_{key}"]) == mask, key
+        values = {key: value for key, value in info.items() if not key.startswith("_")}
+        return {key: shown(value, mask) if isinstance(value, dict) else (value.dtype.kind, value.shape) for key, value in values.items()}
+
+    kinds = shown(info, [False, True])
+    number, count = ("f", (2,)), ("i", (2,))
+    assert set(kinds.pop("reward_terms").values()) == {number}
+    statistics = kinds.pop("statistics")
+    assert {key for key, kind in statistics.items() if kind == number} == {"return", "cost", "time", "completeness"}
+    assert {key for key, kind in statistics.items() if kind == count} == {"length", "deposited", "branches_snapped", "fruit_dropped", "spurs_torn"}
+    assert kinds == {"is_success": ("b", (2,)), "cost": number, "outcome": ("O", (2,)), "seed": ("u", (2,)), "world": count}
+    # What a step gives out stays as it is, and a single environment has plain values.
+    seen, _, _, _, first = env.step(actions(env, 0))
+    kept = {key: values.copy() for key, values in seen.items()}
+    _, _, _, _, second = env.step(actions(env, 1))
+    same(seen, kept)
+    assert list(first["statistics"]["length"] - second["statistics"]["length"]) == [-1, -1]
+    assert shown(second, [True, True])["cost"] == number
+    _, info = single().unwrapped.reset(seed=SEED)
+    assert (info["is_success"], info["cost"], info["outcome"], info["world"], info["statistics"]["length"]) == (False, 0.0, None, 0, 0)
+    assert [type(info[key]) for key in ("is_success", "cost", "world", "seed")] == [bool, float, int, int]
+    assert not any(key.startswith("_") for key in info)
+
+
 def test_rewards_costs_and_statistics_add_up():
     env = single().unwrapped
     env.reset(seed=SEED)

@@ -1,10 +1,10 @@
 //! One observation, and what steps were worth, as fresh numpy arrays.
 
-use numpy::{IntoPyArray, PyArrayMethods};
+use numpy::{Element, IntoPyArray, PyArray1, PyArrayMethods};
 use orchard_env::{Report, Statistics, TaskEnv};
 use orchard_policy::{Field, Values};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList, PyString};
+use pyo3::types::{PyDict, PyString};
 
 /// One observation by key.
 pub fn single<'py>(py: Python<'py>, fields: &[Field], values: Vec<Values>) -> PyResult<Bound<'py, PyDict>> {
@@ -20,52 +20,115 @@ pub fn single<'py>(py: Python<'py>, fields: &[Field], values: Vec<Values>) -> Py
     Ok(all)
 }
 
-/// Rewards, ends and statistics by name.
-pub fn reports<'py>(py: Python<'py>, env: &TaskEnv) -> PyResult<Bound<'py, PyDict>> {
-    let all = PyDict::new(py);
+/// Rewards and ends (terminated, truncated) of all environments, true if one has ended, and info.
+pub type Reports<'py> = (
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray1<bool>>,
+    Bound<'py, PyArray1<bool>>,
+    bool,
+    Bound<'py, PyDict>,
+);
+
+/// What the latest steps were worth; the info speaks of the environments of a mask, of all without one.
+pub fn reports<'py>(
+    py: Python<'py>,
+    env: &TaskEnv,
+    mask: Option<Bound<'py, PyArray1<bool>>>,
+) -> PyResult<Reports<'py>> {
     let reports: Vec<&Report> = (0..env.len()).map(|k| env.report(k)).collect();
-    let put = |name: &str, value: &dyn Fn(&Report) -> f64| {
-        all.set_item(name, reports.iter().map(|r| value(r)).collect::<Vec<f64>>().into_pyarray(py))
-    };
-    let flag = |name: &str, value: &dyn Fn(&Report) -> bool| {
-        all.set_item(name, reports.iter().map(|r| value(r)).collect::<Vec<bool>>().into_pyarray(py))
-    };
-    put("reward", &|r| r.reward)?;
-    put("cost", &|r| r.cost)?;
-    flag("terminated", &|r| r.terminated)?;
-    flag("truncated", &|r| r.truncated)?;
-    flag("is_success", &|r| r.is_success)?;
-    let outcomes = reports.iter().map(|r| r.outcome.as_deref());
-    all.set_item("outcome", PyList::new(py, outcomes)?)?;
-    let terms = PyDict::new(py);
-    for (i, term) in env.interface().reward.iter().enumerate() {
-        terms
-            .set_item(term.name, reports.iter().map(|r| r.terms[i]).collect::<Vec<f64>>().into_pyarray(py))?;
+    let mask = mask.unwrap_or_else(|| PyArray1::from_slice(py, &vec![true; env.len()]));
+    let info = Info { py, env, reports: &reports, mask: Some(&mask) };
+    let (terminated, truncated) = (info.array(|_, r| r.terminated), info.array(|_, r| r.truncated));
+    let ended = reports.iter().any(|r| r.terminated || r.truncated);
+    Ok((info.array(|_, r| r.reward), terminated, truncated, ended, info.written()?))
+}
+
+/// Reward, ends and info of the latest step of the first environment.
+pub fn report<'py>(py: Python<'py>, env: &TaskEnv) -> PyResult<(f64, bool, bool, Bound<'py, PyDict>)> {
+    let report = env.report(0);
+    let info = Info { py, env, reports: &[report], mask: None }.written()?;
+    Ok((report.reward, report.terminated, report.truncated, info))
+}
+
+/// Info in Gymnasium's form. Without a mask: plain values of one environment. With one: an array of all environments, and beside it, under its
+/// name after a `_`, the mask of those that it speaks of.
+struct Info<'a, 'py> {
+    py: Python<'py>,
+    env: &'a TaskEnv,
+    reports: &'a [&'a Report],
+    mask: Option<&'a Bound<'py, PyArray1<bool>>>,
+}
+
+impl<'py> Info<'_, 'py> {
+    fn written(&self) -> PyResult<Bound<'py, PyDict>> {
+        let all = PyDict::new(self.py);
+        self.put(&all, "is_success", |_, r| r.is_success)?;
+        self.put(&all, "cost", |_, r| r.cost)?;
+        self.put(&all, "outcome", |_, r| self.text(r.outcome.as_deref()))?;
+        self.group(&all, "reward_terms", |terms| {
+            let mut named = self.env.interface().reward.iter().enumerate();
+            named.try_for_each(|(i, term)| self.put(terms, term.name, |_, r| r.terms[i]))
+        })?;
+        self.group(&all, "statistics", |statistics| {
+            let put =
+                |name, value: fn(&Statistics) -> f64| self.put(statistics, name, |_, r| value(&r.statistics));
+            let count = |name, value: fn(&Statistics) -> u32| {
+                self.put(statistics, name, |_, r| i64::from(value(&r.statistics)))
+            };
+            put("return", |s| s.total_reward)?;
+            put("cost", |s| s.total_cost)?;
+            count("length", |s| s.length)?;
+            put("time", |s| s.time)?;
+            count("deposited", |s| s.deposited)?;
+            put("completeness", |s| s.completeness)?;
+            count("branches_snapped", |s| s.damage.branches_snapped)?;
+            count("fruit_dropped", |s| s.damage.fruit_dropped)?;
+            count("spurs_torn", |s| s.damage.spurs_torn)
+        })?;
+        let world = |k| self.env.world(k).unwrap_or_default();
+        self.put(&all, "seed", |k, _| world(k).0)?;
+        self.put(&all, "world", |k, _| i64::from(world(k).1))?;
+        Ok(all)
     }
-    all.set_item("reward_terms", terms)?;
-    let statistics = PyDict::new(py);
-    let put = |name: &str, value: &dyn Fn(&Statistics) -> f64| {
-        statistics.set_item(
-            name,
-            reports.iter().map(|r| value(&r.statistics)).collect::<Vec<f64>>().into_pyarray(py),
-        )
-    };
-    let count = |name: &str, value: &dyn Fn(&Statistics) -> u32| {
-        let values = reports.iter().map(|r| i64::from(value(&r.statistics))).collect::<Vec<i64>>();
-        statistics.set_item(name, values.into_pyarray(py))
-    };
-    put("return", &|s| s.total_reward)?;
-    put("cost", &|s| s.total_cost)?;
-    count("length", &|s| s.length)?;
-    put("time", &|s| s.time)?;
-    count("deposited", &|s| s.deposited)?;
-    put("completeness", &|s| s.completeness)?;
-    count("branches_snapped", &|s| s.damage.branches_snapped)?;
-    count("fruit_dropped", &|s| s.damage.fruit_dropped)?;
-    count("spurs_torn", &|s| s.damage.spurs_torn)?;
-    all.set_item("statistics", statistics)?;
-    let worlds: Vec<(u64, u32)> = (0..env.len()).map(|k| env.world(k).unwrap_or_default()).collect();
-    all.set_item("seed", worlds.iter().map(|w| w.0).collect::<Vec<u64>>().into_pyarray(py))?;
-    all.set_item("world", worlds.iter().map(|w| i64::from(w.1)).collect::<Vec<i64>>().into_pyarray(py))?;
-    Ok(all)
+
+    /// A text, or Python's `None`.
+    fn text(&self, text: Option<&str>) -> Py<PyAny> {
+        text.map_or_else(|| self.py.None(), |text| PyString::new(self.py, text).into_any().unbind())
+    }
+
+    /// Puts a value of each environment, from its index and report.
+    fn put<T: Element + IntoPyObject<'py>>(
+        &self,
+        to: &Bound<'py, PyDict>,
+        name: &str,
+        value: impl Fn(usize, &Report) -> T,
+    ) -> PyResult<()> {
+        if self.mask.is_none() {
+            return to.set_item(name, value(0, self.reports[0]));
+        }
+        to.set_item(name, self.array(value))?;
+        self.mark(to, name)
+    }
+
+    fn array<T: Element>(&self, value: impl Fn(usize, &Report) -> T) -> Bound<'py, PyArray1<T>> {
+        let values = self.reports.iter().enumerate().map(|(k, report)| value(k, report));
+        PyArray1::from_slice(self.py, &values.collect::<Vec<T>>())
+    }
+
+    fn group(
+        &self,
+        to: &Bound<'py, PyDict>,
+        name: &str,
+        write: impl FnOnce(&Bound<'py, PyDict>) -> PyResult<()>,
+    ) -> PyResult<()> {
+        let group = PyDict::new(self.py);
+        write(&group)?;
+        to.set_item(name, group)?;
+        self.mark(to, name)
+    }
+
+    /// Puts the mask beside a value.
+    fn mark(&self, to: &Bound<'py, PyDict>, name: &str) -> PyResult<()> {
+        self.mask.map_or(Ok(()), |mask| to.set_item(format!("_{name}"), mask))
+    }
 }

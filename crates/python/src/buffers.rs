@@ -15,21 +15,8 @@ pub struct Buffers {
 }
 
 impl Buffers {
-    /// Makes arrays of zeros for all fields.
     pub fn new(py: Python<'_>, env: &TaskEnv) -> PyResult<Self> {
-        let set = || -> PyResult<Py<PyDict>> {
-            let set = PyDict::new(py);
-            for field in &env.interface().policy.observation {
-                let shape = shape_of(field, env.len());
-                match field.dtype {
-                    "str" => {}
-                    "uint8" => set.set_item(field.key, PyArrayDyn::<u8>::zeros(py, shape, false))?,
-                    _ => set.set_item(field.key, PyArrayDyn::<f32>::zeros(py, shape, false))?,
-                }
-            }
-            Ok(set.unbind())
-        };
-        Ok(Self { sets: [set()?, set()?], latest: 0 })
+        Ok(Self { sets: [zeros(py, env)?.unbind(), zeros(py, env)?.unbind()], latest: 0 })
     }
 
     /// The latest arrays, or with `turn` the other ones.
@@ -39,6 +26,20 @@ impl Buffers {
         }
         self.sets[self.latest].bind(py).clone()
     }
+}
+
+/// Arrays of zeros for all fields but text.
+pub fn zeros<'py>(py: Python<'py>, env: &TaskEnv) -> PyResult<Bound<'py, PyDict>> {
+    let arrays = PyDict::new(py);
+    for field in &env.interface().policy.observation {
+        let shape = shape_of(field, env.len());
+        match field.dtype {
+            "str" => {}
+            "uint8" => arrays.set_item(field.key, PyArrayDyn::<u8>::zeros(py, shape, false))?,
+            _ => arrays.set_item(field.key, PyArrayDyn::<f32>::zeros(py, shape, false))?,
+        }
+    }
+    Ok(arrays)
 }
 
 /// Shape of a field of all environments.

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use numpy::{PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2};
 use orchard_bench::store::write_json;
 use orchard_env::{EnvError, Settings, Task, TaskEnv};
 use orchard_policy::{Control, Pixels, SettingError, Spaces};
@@ -22,7 +22,8 @@ pub struct Core {
     env: TaskEnv,
     /// Threads of its own, which do not outlive it.
     pool: ThreadPool,
-    buffers: Buffers,
+    /// Arrays of its own for observations; none if each observation has new ones.
+    buffers: Option<Buffers>,
     /// The process that made it: threads are not in a forked one.
     process: u32,
 }
@@ -56,7 +57,7 @@ pub fn resolved(py: Python<'_>, file: Option<PathBuf>, options: Vec<(String, Str
 #[pymethods]
 impl Core {
     /// Makes environments: `options` are those of a scenario on the command line, `pixels` height, width and rate of pictures, `worlds` the first index and the number of worlds, `threads` 0 for
-    /// one a core.
+    /// one a core; with `copy` each observation has arrays of its own.
     #[new]
     #[expect(clippy::too_many_arguments, reason = "the keyword arguments of Python")]
     fn new(
@@ -72,6 +73,7 @@ impl Core {
         privileged: bool,
         worlds: (u32, u32),
         threads: usize,
+        copy: bool,
     ) -> PyResult<Self> {
         let settings = || -> Result<Settings, EnvError> {
             let settings = Settings::of(Task::named(task)?).rewarding(reward)?;
@@ -85,7 +87,7 @@ impl Core {
         let env = detached(py, || TaskEnv::new(&scenario, &settings, range))?.map_err(exception)?;
         let pool = ThreadPoolBuilder::new().num_threads(threads).build();
         let pool = pool.map_err(|e| PyRuntimeError::new_err(format!("threads {threads}: {e}")))?;
-        let buffers = Buffers::new(py, &env)?;
+        let buffers = if copy { None } else { Some(Buffers::new(py, &env)?) };
         Ok(Self { env, pool, buffers, process: std::process::id() })
     }
 
@@ -109,23 +111,30 @@ impl Core {
         self.compute(py, |env| env.reset(&seeds, &mask))
     }
 
-    /// Takes the actions, a row an environment, of those that the mask names.
+    /// Takes the actions, a row an environment; those that `resets` names begin their next episodes instead.
     fn step(
         &mut self,
         py: Python<'_>,
         actions: PyReadonlyArray2<'_, f32>,
-        mask: PyReadonlyArray1<'_, bool>,
+        resets: Option<PyReadonlyArray1<'_, bool>>,
     ) -> PyResult<()> {
-        let (actions, mask) = (actions.as_slice()?.to_vec(), mask.as_slice()?.to_vec());
-        self.compute(py, |env| env.step(&actions, &mask))
+        let actions = actions.as_slice()?.to_vec();
+        let resets = resets.map(|mask| mask.as_slice().map(<[bool]>::to_vec)).transpose()?;
+        self.compute(py, |env| {
+            let Some(resets) = resets else { return env.step(&actions, &vec![true; env.len()]) };
+            env.step(&actions, &resets.iter().map(|reset| !reset).collect::<Vec<_>>())?;
+            env.reset(&vec![None; env.len()], &resets)
+        })
     }
 
-    /// The observations in arrays of our own, which stay as they are until the call after the next; with `again` the latest arrays are written
-    /// once more.
+    /// The observations in new arrays, or in arrays of our own, which stay as they are until the call after the next; with `again` the latest of
+    /// these are written once more.
     fn observations<'py>(&mut self, py: Python<'py>, again: bool) -> PyResult<Bound<'py, PyDict>> {
-        let arrays = self.buffers.turned(py, !again);
-        self.observe_into(py, &arrays)?;
-        let given = arrays.copy()?;
+        let given = match &mut self.buffers {
+            None => buffers::zeros(py, &self.env)?,
+            Some(buffers) => buffers.turned(py, !again).copy()?,
+        };
+        self.observe_into(py, &given)?;
         for (key, texts) in buffers::texts(py, &self.env)? {
             given.set_item(key, texts)?;
         }
@@ -145,8 +154,18 @@ impl Core {
         })
     }
 
-    fn reports<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        arrays::reports(py, &self.env)
+    /// Rewards, ends, true if an episode ended, and info of the environments that the mask names, of all without one.
+    fn reports<'py>(
+        &self,
+        py: Python<'py>,
+        mask: Option<Bound<'py, PyArray1<bool>>>,
+    ) -> PyResult<arrays::Reports<'py>> {
+        arrays::reports(py, &self.env, mask)
+    }
+
+    /// Reward, ends and info of the only environment, as plain values.
+    fn report<'py>(&self, py: Python<'py>) -> PyResult<(f64, bool, bool, Bound<'py, PyDict>)> {
+        arrays::report(py, &self.env)
     }
 
     fn snapshot<'py>(&mut self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyBytes>>> {

@@ -56,7 +56,10 @@ CHARACTERS = string.ascii_letters + string.digits + " ,.-"
 OPTIONS = ("preset", "config", "tree", "randomisation", "robot", "camera")
 
 
-def make_core(task: str, num_envs: int, threads: int, settings: Settings) -> Core:
+FLOAT32 = np.dtype(np.float32)
+
+
+def make_core(task: str, num_envs: int, threads: int, copy: bool, settings: Settings) -> Core:
     """Makes the environments of a task; raises ``ValueError`` for settings that do not fit and ``TypeError`` for unknown ones."""
     unknown = set(settings) - set(Settings.__annotations__)
     if unknown:
@@ -77,6 +80,7 @@ def make_core(task: str, num_envs: int, threads: int, settings: Settings) -> Cor
         bool(settings.get("privileged", False)),
         (whole("world", settings.get("world", 0), 2**32), whole("num_envs", num_envs, 2**32)),
         whole("threads", threads, 2**16),
+        bool(copy),
     )
 
 
@@ -142,13 +146,10 @@ def interface_of(core: Core) -> dict[str, Any]:
     return interface
 
 
-def copied(value: Any) -> Any:
-    """A copy of an array; text as it is."""
-    return value.copy() if isinstance(value, np.ndarray) else value
-
-
 def checked_actions(actions: object, shape: tuple[int, ...]) -> NDArray[np.float32]:
     """The actions as an array that the native half takes."""
+    if isinstance(actions, np.ndarray) and actions.dtype == FLOAT32 and actions.shape == shape and actions.flags.c_contiguous:
+        return actions
     array = np.asarray(actions)
     if array.dtype.kind != "f":
         raise TypeError(f"actions must be floating-point numbers, not {array.dtype}")

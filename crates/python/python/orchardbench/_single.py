@@ -11,7 +11,7 @@ from gymnasium.error import ClosedEnvironmentError
 from numpy.typing import NDArray
 
 from orchardbench._native import Core
-from orchardbench._settings import Settings, checked_actions, copied, interface_of, make_core, spaces_of, whole
+from orchardbench._settings import Settings, checked_actions, interface_of, make_core, spaces_of, whole
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -35,8 +35,7 @@ class OrchardEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         if render_mode is not None:
             raise ValueError(f"render_mode {render_mode}: the environment has none; `orchard render` draws a world")
         self.render_mode = None
-        self._copy = copy
-        self._core: Core | None = make_core(task, 1, 1, settings)
+        self._core: Core | None = make_core(task, 1, 1, copy, settings)
         self.interface = interface_of(self._core)
         """All conventions: units, signs and ranges of actions, observations and rewards."""
         self.observation_space, self.action_space = spaces_of(self.interface)
@@ -54,20 +53,15 @@ class OrchardEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
             seed = whole("seed", seed, 2**64)
         super().reset(seed=seed)
         core.reset([seed], ALL)
-        return self._observation(core), info_of(core.reports())
+        return self._observation(core), core.report()[3]
 
     def step(self, action: NDArray[np.float32]) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         core = self._open()
-        core.step(checked_actions(action, self.action_space.shape or ())[None], ALL)
-        reports = core.reports()
-        done = bool(reports["terminated"][0]), bool(reports["truncated"][0])
-        return self._observation(core), float(reports["reward"][0]), *done, info_of(reports)
+        core.step(checked_actions(action, self.action_space.shape or ())[None], None)
+        return self._observation(core), *core.report()
 
     def _observation(self, core: Core) -> Observation:
-        rows = core.observations(False)
-        if not self._copy:
-            return {key: row[0] for key, row in rows.items()}
-        return {key: copied(row[0]) for key, row in rows.items()}
+        return {key: rows[0] for key, rows in core.observations(False).items()}
 
     def write_spec(self, file: str | PathLike[str]) -> None:
         """Writes :attr:`interface` into a JSON file, such as ``spec.json``."""
@@ -81,19 +75,7 @@ class OrchardEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         """Goes back to a state of this environment, or of one made with the same settings."""
         core = self._open()
         core.restore([state])
-        return self._observation(core), info_of(core.reports())
+        return self._observation(core), core.report()[3]
 
     def close(self) -> None:
         self._core = None
-
-
-def info_of(reports: dict[str, Any]) -> dict[str, Any]:
-    """The info of the only environment."""
-    kept = ("is_success", "cost", "outcome", "reward_terms", "statistics", "seed", "world")
-    return {key: _first(reports[key]) for key in kept}
-
-
-def _first(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _first(rows) for key, rows in value.items()}
-    return value[0].item() if isinstance(value, np.ndarray) else value[0]

@@ -13,13 +13,14 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from orchardbench._native import Core
-from orchardbench._settings import Settings, checked_actions, copied, interface_of, make_core, spaces_of, whole
+from orchardbench._settings import Settings, checked_actions, interface_of, make_core, spaces_of, whole
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 Observations = dict[str, NDArray[Any]]
 Mask = NDArray[np.bool_]
+Stepped = tuple[Observations, NDArray[np.float64], Mask, Mask, dict[str, Any]]
 
 
 class OrchardVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any]]):
@@ -38,8 +39,8 @@ class OrchardVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any]
     ) -> None:
         if render_mode is not None:
             raise ValueError(f"render_mode {render_mode}: the environment has none; `orchard render` draws a world")
-        self.autoreset_mode, self._copy = _mode(autoreset_mode), copy
-        self._core: Core | None = make_core(task, num_envs, threads, settings)
+        self.autoreset_mode = _mode(autoreset_mode)
+        self._core: Core | None = make_core(task, num_envs, threads, copy, settings)
         self.metadata = {"render_modes": [], "autoreset_mode": self.autoreset_mode}
         self.num_envs = num_envs
         self.interface = interface_of(self._core)
@@ -47,8 +48,9 @@ class OrchardVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any]
         self.single_observation_space, self.single_action_space = spaces_of(self.interface)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
-        # Environments whose episode has ended and that reset at the next step.
-        self._ended = np.zeros(num_envs, dtype=np.bool_)
+        self._action_shape = (num_envs, len(self.interface["action"]))
+        # Environments that the next step resets, if any: those that ended in the mode NextStep.
+        self._resets: Mask | None = None
 
     def _open(self) -> Core:
         if self._core is None:
@@ -67,8 +69,9 @@ class OrchardVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any]
         seeds = self._seeds(seed)
         mask = self._mask(options)
         core.reset(seeds, mask)
-        self._ended &= ~mask
-        return self._observed(core), self._info(core.reports(), mask)
+        if self._resets is not None:
+            self._resets = self._resets & ~mask
+        return core.observations(False), core.reports(mask)[4]
 
     def _seeds(self, seed: int | Sequence[int | None] | None) -> list[int | None]:
         if seed is None or isinstance(seed, (int, np.integer)):
@@ -95,14 +98,11 @@ class OrchardVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any]
             raise ValueError(f"reset_mask has the shape {mask.shape}, but {(self.num_envs,)} is needed")
         if not mask.any():
             raise ValueError("reset_mask names no environment")
-        return np.ascontiguousarray(mask)
+        return mask.copy()
 
-    def step(
-        self, actions: NDArray[np.float32]
-    ) -> tuple[Observations, NDArray[np.float64], Mask, Mask, dict[str, Any]]:
+    def step(self, actions: NDArray[np.float32]) -> Stepped:
         core = self._open()
-        observations, reports, info = self._advance(core, actions, lambda again: self._observed(core, again))
-        return observations, reports["reward"], reports["terminated"], reports["truncated"], info
+        return self._advance(core, actions, core.observations)
 
     def step_into(self, actions: NDArray[np.float32], buffers: dict[str, NDArray[Any]]) -> dict[str, Any]:
         """Steps as :meth:`step` does, and writes the results into arrays of the caller's: the observations under their keys, but for text,
@@ -123,42 +123,29 @@ class OrchardVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any]
             core.observe_into(observations)
             return observations
 
-        _, reports, info = self._advance(core, actions, observe)
-        for key in results:
-            buffers[key][:] = reports[key]
+        _, *ends, info = self._advance(core, actions, observe)
+        for key, values in zip(results, ends):
+            buffers[key][:] = values
         return info
 
-    def _advance(
-        self, core: Core, actions: NDArray[np.float32], observe: Callable[[bool], Observations]
-    ) -> tuple[Observations, dict[str, Any], dict[str, Any]]:
-        """Takes a step; returns observations, reports of the step, and info. ``observe`` reads observations, again if they change within it."""
-        array = checked_actions(actions, (self.num_envs, len(self.interface["action"])))
-        resets = self._ended if self.autoreset_mode == AutoresetMode.NEXT_STEP else np.zeros_like(self._ended)
-        core.step(array, ~resets)
-        if resets.any():
-            core.reset([None] * self.num_envs, resets)
-        observations, reports = observe(False), core.reports()
-        ended = reports["terminated"] | reports["truncated"]
-        every = np.ones(self.num_envs, dtype=np.bool_)
-        self._ended = ended
-        if self.autoreset_mode != AutoresetMode.SAME_STEP or not ended.any():
-            return observations, reports, self._info(reports, every)
+    def _advance(self, core: Core, actions: NDArray[np.float32], observe: Callable[[bool], Observations]) -> Stepped:
+        """Takes a step. ``observe`` reads observations, again if they change within the step."""
+        core.step(checked_actions(actions, self._action_shape), self._resets)
+        observations, (reward, terminated, truncated, any_ended, info) = observe(False), core.reports(None)
+        self._resets = None
+        if not any_ended or self.autoreset_mode == AutoresetMode.DISABLED:
+            return observations, reward, terminated, truncated, info
+        ended = terminated | truncated
+        if self.autoreset_mode == AutoresetMode.NEXT_STEP:
+            self._resets = ended
+            return observations, reward, terminated, truncated, info
         final = np.full(self.num_envs, None, dtype=object)
         for k in np.flatnonzero(ended):
-            final[k] = {key: copied(rows[k]) for key, rows in observations.items()}
-        info = {"final_obs": final, "_final_obs": ended.copy()}
-        info |= {"final_info": self._info(reports, ended), "_final_info": ended.copy()}
+            rows = ((key, values[k]) for key, values in observations.items())
+            final[k] = {key: row.copy() if isinstance(row, np.ndarray) else row for key, row in rows}
+        finals = {"final_obs": final, "_final_obs": ended, "final_info": core.reports(ended)[4], "_final_info": ended}
         core.reset([None] * self.num_envs, ended)
-        self._ended = np.zeros_like(ended)
-        return observe(True), reports, info | self._info(core.reports(), every)
-
-    def _observed(self, core: Core, again: bool = False) -> Observations:
-        observations: Observations = core.observations(again)
-        return {key: copied(rows) for key, rows in observations.items()} if self._copy else observations
-
-    def _info(self, reports: dict[str, Any], mask: Mask) -> dict[str, Any]:
-        kept = ("is_success", "cost", "outcome", "reward_terms", "statistics", "seed", "world")
-        return masked({key: reports[key] for key in kept}, mask.copy())
+        return observe(True), reward, terminated, truncated, finals | core.reports(None)[4]
 
     def write_spec(self, file: str | PathLike[str]) -> None:
         """Writes :attr:`interface` into a JSON file, such as ``spec.json``."""
@@ -172,9 +159,9 @@ class OrchardVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any]
         """Goes back to states of these environments, or of ones made with the same settings."""
         core = self._open()
         core.restore(list(states))
-        reports = core.reports()
-        self._ended = reports["terminated"] | reports["truncated"]
-        return self._observed(core), self._info(reports, np.ones(self.num_envs, dtype=np.bool_))
+        _, terminated, truncated, any_ended, info = core.reports(None)
+        self._resets = terminated | truncated if any_ended and self.autoreset_mode == AutoresetMode.NEXT_STEP else None
+        return core.observations(False), info
 
     def close_extras(self, **kwargs: Any) -> None:
         self._core = None
@@ -185,17 +172,3 @@ def _mode(mode: object) -> AutoresetMode:
     if not isinstance(mode, AutoresetMode) and mode not in names:
         raise ValueError(f"autoreset_mode {mode!r}: unknown; it is one of {', '.join(names)}")
     return AutoresetMode(mode)
-
-
-def masked(values: dict[str, Any], mask: Mask) -> dict[str, Any]:
-    """Values in Gymnasium's form: beside each array the mask of the environments that it speaks of, one array for all."""
-    info: dict[str, Any] = {}
-    for key, value in values.items():
-        if isinstance(value, dict):
-            info[key] = masked(value, mask)
-        elif isinstance(value, list):
-            info[key] = np.array(value, dtype=object)
-        else:
-            info[key] = value
-        info[f"_{key}"] = mask
-    return info
