@@ -198,6 +198,8 @@ class Trainer:
     def learn_from_rule(self):
         """DAgger: the network acts (in some environments the rule), and the rule says what it would have done."""
         args = self.args
+        if self.taught >= args.teach_steps:
+            return
         ends, horizon = Episodes(), 50
         while self.taught < args.teach_steps and not self.is_over():
             share = max(0.1, 1.0 - 3.0 * self.taught / args.teach_steps)
@@ -217,6 +219,8 @@ class Trainer:
             if len(self.data) % (horizon * 8) < horizon or ends.ended > 500:
                 self.note(stage="rule", success=ends.rate(), episodes=ends.ended, loss=loss)
                 ends = Episodes()
+        if self.taught < args.teach_steps or not self.data:
+            return
         for group in self.teach.param_groups:
             group["lr"] = 3e-4
         self.fit(args.fits * 20)

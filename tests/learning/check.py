@@ -34,6 +34,22 @@ def actions(step, envs, size):
     return np.array(rows, dtype=np.float32)
 
 
+def test_the_example_of_ppo_trains_goes_on_and_is_tested():
+    script = pathlib.Path(__file__).parents[2] / "examples" / "learn" / "ppo_reach.py"
+    with tempfile.TemporaryDirectory() as folder:
+        run = [sys.executable, script, "--seed", "1", "--out", folder, "--envs", "4", "--threads", "2"]
+        tiny = ["--teach-steps", "200", "--fits", "2", "--horizon", "16", "--warm-up", "64"]
+        subprocess.run([*run, *tiny, "--steps", "128"], check=True)
+        subprocess.run([*run, *tiny, "--steps", "192"], check=True)
+        rounds = [json.loads(line) for line in (pathlib.Path(folder) / "curve.jsonl").read_text().splitlines()]
+        assert [row["steps"] for row in rounds if row["stage"] == "ppo"] == [64, 128, 192], rounds
+        subprocess.run([*run, "--evaluate", "2", "--test-seed", "5"], check=True)
+        result = json.loads((pathlib.Path(folder) / "result-5.json").read_text())
+        assert result["policy"]["worlds"] == result["rule"]["worlds"] == 2
+        orchard = [os.environ["ORCHARD"], "demos", "--task", "reach", "--episodes", "1", "--controller", f"onnx:{folder}/policy.onnx"]
+        subprocess.run([*orchard, "--obs", "state", "--out", f"{folder}/demos"], check=True)
+
+
 def test_sb3_accepts_and_learns():
     from stable_baselines3 import PPO
     from stable_baselines3.common.env_checker import check_env
