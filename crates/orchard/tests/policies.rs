@@ -97,6 +97,20 @@ fn a_policy_is_run_recorded_replayed_explained_and_ranked() {
 }
 
 #[test]
+fn the_policy_that_learned_here_holds_fruit() {
+    let folder = tempfile::tempdir().unwrap();
+    let learned = concat!(env!("CARGO_MANIFEST_DIR"), "/../../policies/reach-ppo.onnx");
+    done(
+        folder.path(),
+        &format!("bench-v1 --tasks reach-and-grasp --controller onnx:{learned} --trees 2 --out run"),
+    );
+    let text = fs::read_to_string(folder.path().join("run/reach-and-grasp.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let successes = summary["outcomes"]["success"].as_u64();
+    assert!(successes >= Some(4), "{text}");
+}
+
+#[test]
 fn a_policy_that_sees_colour_runs_in_every_task() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
