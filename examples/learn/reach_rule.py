@@ -8,7 +8,7 @@ import numpy as np
 
 # Trunk ahead of the robot's start [m].
 TRUNK = np.array([2.4, 0.0])
-# Where the base stands: outside of the fruit by STAND, never nearer to the trunk than NEAREST; it is there within READY [m].
+# The base stands STAND farther from the trunk than the fruit, and at least NEAREST from the trunk. It has arrived within READY of that place [m].
 STAND, NEAREST, READY = 0.66, 0.85, 0.06
 # The way around the tree is longer by OUT [m].
 OUT = 0.5

@@ -124,7 +124,7 @@ def test_info_has_the_form_of_gymnasium():
     assert {key for key, kind in statistics.items() if kind == number} == {"return", "cost", "time", "completeness"}
     assert {key for key, kind in statistics.items() if kind == count} == {"length", "deposited", "branches_snapped", "fruit_dropped", "spurs_torn"}
     assert kinds == {"is_success": ("b", (2,)), "cost": number, "outcome": ("O", (2,)), "seed": ("u", (2,)), "world": count}
-    # What a step gives out stays as it is, and a single environment has plain values.
+    # Later steps do not change the results of a step, and a single environment has plain values.
     seen, _, _, _, first = env.step(actions(env, 0))
     kept = {key: values.copy() for key, values in seen.items()}
     _, _, _, _, second = env.step(actions(env, 1))

@@ -29,7 +29,7 @@ pub type Reports<'py> = (
     Bound<'py, PyDict>,
 );
 
-/// What the latest steps were worth; the info speaks of the environments of a mask, of all without one.
+/// Returns rewards, ends and info of the latest steps. The info has the environments of a mask, or all if there is no mask.
 pub fn reports<'py>(
     py: Python<'py>,
     env: &TaskEnv,
