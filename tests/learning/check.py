@@ -34,8 +34,11 @@ def actions(step, envs, size):
     return np.array(rows, dtype=np.float32)
 
 
+LEARN = pathlib.Path(__file__).parents[2] / "examples" / "learn"
+
+
 def test_the_example_of_ppo_trains_goes_on_and_is_tested():
-    script = pathlib.Path(__file__).parents[2] / "examples" / "learn" / "ppo_reach.py"
+    script = LEARN / "ppo_reach.py"
     with tempfile.TemporaryDirectory() as folder:
         run = [sys.executable, script, "--seed", "1", "--out", folder, "--envs", "4", "--threads", "2"]
         tiny = ["--teach-steps", "200", "--fits", "2", "--horizon", "16", "--warm-up", "64"]
@@ -48,6 +51,32 @@ def test_the_example_of_ppo_trains_goes_on_and_is_tested():
         assert result["policy"]["worlds"] == result["rule"]["worlds"] == 2
         orchard = [os.environ["ORCHARD"], "demos", "--task", "reach", "--episodes", "1", "--controller", f"onnx:{folder}/policy.onnx"]
         subprocess.run([*orchard, "--obs", "state", "--out", f"{folder}/demos"], check=True)
+
+
+def test_the_example_of_sb3_trains_and_is_tested():
+    with tempfile.TemporaryDirectory() as folder:
+        run = [sys.executable, LEARN / "sb3_reach.py", "--seed", "1", "--out", folder, "--envs", "4", "--threads", "2"]
+        subprocess.run([*run, "--teach-steps", "400", "--fits", "2", "--horizon", "16", "--steps", "128"], check=True)
+        assert (pathlib.Path(folder) / "progress.csv").read_text().count("\n") >= 2
+        subprocess.run([*run, "--evaluate", "2", "--test-seed", "5"], check=True)
+        assert json.loads((pathlib.Path(folder) / "result-5.json").read_text())["worlds"] == 2
+        orchard = [os.environ["ORCHARD"], "demos", "--task", "reach", "--episodes", "1", "--controller", f"onnx:{folder}/policy.onnx"]
+        subprocess.run([*orchard, "--obs", "state", "--out", f"{folder}/demos"], check=True)
+
+
+def test_the_example_of_cloning_trains_goes_on_and_is_tested():
+    with tempfile.TemporaryDirectory() as folder:
+        run = [sys.executable, LEARN / "clone_harvest.py", "--seed", "1", "--out", folder, "--envs", "4", "--threads", "2"]
+        tiny = ["--horizon", "25", "--fits", "1", "--batch", "64", "--image-batch", "4", "--states", "400", "--images", "100", "--note", "100"]
+        subprocess.run([*run, *tiny, "--steps", "200"], check=True)
+        subprocess.run([*run, *tiny, "--steps", "300"], check=True)
+        rounds = [json.loads(line) for line in (pathlib.Path(folder) / "curve.jsonl").read_text().splitlines()]
+        assert [row["steps"] for row in rounds] == [100, 200, 200, 300, 300], rounds
+        subprocess.run([*run, "--evaluate", "2", "--test-seed", "5"], check=True)
+        result = json.loads((pathlib.Path(folder) / "result-5.json").read_text())
+        assert [row["worlds"] for row in result] == [2, 2], result
+        orchard = [os.environ["ORCHARD"], "bench-v1", "--tasks", "harvest", "--conditions", "nominal", "--trees", "1", "--horizon", "2"]
+        subprocess.run([*orchard, "--controller", f"onnx:{folder}/policy.onnx", "--out", f"{folder}/run"], check=True)
 
 
 def test_sb3_accepts_and_learns():
