@@ -24,9 +24,11 @@ macro_rules! fields {
 }
 
 mod drawing;
+mod robots;
 mod stepping;
 
 pub(crate) use drawing::*;
+pub(crate) use robots::*;
 pub(crate) use stepping::*;
 
 /// Units of a radius in an operation [1/m].
@@ -40,7 +42,7 @@ pub(crate) fn wgsl() -> String {
     let mut text = format!(
         "const LANES: u32 = {LANES}u;\nconst UNBOUNDED: f32 = {UNBOUNDED:e};\nconst QUAD: u32 = {QUAD}u;\nconst RADIUS_UNITS: f32 = {RADIUS_UNITS:e};\n"
     );
-    for (module, name, value) in stepping::ALL.iter().chain(drawing::ALL) {
+    for (module, name, value) in stepping::ALL.iter().chain(drawing::ALL).chain(robots::ALL) {
         // Writing to a string never fails.
         let _ = writeln!(text, "const {}_{name}: u32 = {value}u;", module.to_uppercase());
     }

@@ -36,6 +36,9 @@ mod memory;
 mod pipelines;
 #[cfg(test)]
 mod redraw_tests;
+#[cfg(test)]
+mod robot_tests;
+mod robots;
 mod rules;
 mod schedule;
 mod shader;
@@ -62,6 +65,7 @@ struct Readme;
 
 pub use batch::{GpuBatch, Options, Statistics};
 pub use device::{Choice, Gpu, GpuError, GpuInfo};
+pub use robots::RobotBatch;
 pub use schedule::{ScheduleError, WARPS};
 pub use solver::Solver;
 pub use table::{BaseError, BaseTree};
@@ -106,6 +110,24 @@ pub enum BatchError {
         "the batch was made of given worlds; GpuBatch::randomised makes one that can draw its worlds again"
     )]
     NoBase,
+    /// The kernels cannot step a robot.
+    #[error("a graphics device cannot step the robot {robot}: {why}")]
+    Robot {
+        /// Name of the robot.
+        robot: String,
+        /// Reason.
+        why: String,
+    },
+    /// A command is for an arm with another number of joints.
+    #[error("the command of world {world} has {given} numbers for the joints of the arm, which has {has}")]
+    Joints {
+        /// Index of the world.
+        world: usize,
+        /// Number of the command's numbers.
+        given: usize,
+        /// Number of the arm's joints.
+        has: usize,
+    },
     /// The worlds differ in substep, gravity or rules of breaking.
     #[error("world {world} has another substep, gravity or rules of breaking than world 0")]
     Rules {

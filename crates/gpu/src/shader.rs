@@ -1,6 +1,7 @@
 //! Source of the kernels.
 
 use crate::layout;
+use crate::robots::CURVE_INTERVALS;
 use crate::schedule::{LEVELS, PARTS, WARPS};
 
 /// Source files of the kernels.
@@ -37,6 +38,17 @@ pub(crate) fn source() -> String {
         text += file;
     }
     text
+}
+
+/// The source of the kernels of robots, a module of their own.
+pub(crate) fn source_of_robots() -> String {
+    let files = [
+        include_str!("kernels/math.wgsl"),
+        include_str!("kernels/robot.wgsl"),
+        include_str!("kernels/robot_links.wgsl"),
+        include_str!("kernels/robot_servos.wgsl"),
+    ];
+    layout::wgsl() + &format!("const CURVE_INTERVALS: u32 = {CURVE_INTERVALS}u;\n") + &files.concat()
 }
 
 #[cfg(test)]
