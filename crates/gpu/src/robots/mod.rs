@@ -15,8 +15,9 @@ use crate::layout::{LANES, command, robot};
 use crate::memory::quad_at;
 pub(crate) use kernels::RobotPipelines;
 use kernels::{RobotBuffers, RobotPass};
+pub(crate) use table::Alone;
 pub(crate) use table::CURVE_INTERVALS;
-use table::{Alone, Table};
+use table::Table;
 
 /// Numbers of a command are cut off here, our own choice: far beyond all limits of a robot, and the square is finite on the device.
 const LARGEST_COMMAND: f64 = 1e9;
@@ -188,6 +189,13 @@ impl RobotBatch {
             }
         }
         Ok(())
+    }
+
+    /// Overwrites a number of a world's state on the device.
+    #[cfg(test)]
+    pub(crate) fn overwrite(&self, world: usize, field: usize, value: f32) {
+        let at = 4 * place(world, field, robot::FIELDS) as u64;
+        self.gpu.queue.write_buffer(&self.buffers.robots, at, &value.to_ne_bytes());
     }
 
     fn number(&self, world: usize, field: usize) -> f32 {
