@@ -7,7 +7,7 @@ use wgpu::{Backends, DeviceDescriptor, DeviceType, Features, InstanceDescriptor,
 use crate::BatchError;
 use crate::layout::LANES;
 use crate::pipelines::Pipelines;
-use crate::robots::RobotPipelines;
+use crate::robots::pipelines::RobotPipelines;
 use crate::schedule::WARPS;
 
 /// Number of storage buffers that the kernels bind.

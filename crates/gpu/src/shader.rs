@@ -1,7 +1,6 @@
 //! Source of the kernels.
 
 use crate::layout;
-use crate::robots::CURVE_INTERVALS;
 use crate::schedule::{LEVELS, PARTS, WARPS};
 
 /// Source files of the kernels.
@@ -48,7 +47,7 @@ pub(crate) fn source_of_robots() -> String {
         include_str!("kernels/robot_links.wgsl"),
         include_str!("kernels/robot_servos.wgsl"),
     ];
-    layout::wgsl() + &format!("const CURVE_INTERVALS: u32 = {CURVE_INTERVALS}u;\n") + &files.concat()
+    layout::wgsl() + &files.concat()
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! Batches of robots on a device.
 
-mod kernels;
+mod buffers;
+pub(crate) mod pipelines;
 mod table;
 
 use orchard_batch::{Fault, Quarantine, Status};
@@ -13,10 +14,9 @@ use crate::buffers::PASSES_AT_ONCE;
 use crate::device::{Gpu, GpuError};
 use crate::layout::{LANES, command, robot};
 use crate::memory::quad_at;
-pub(crate) use kernels::RobotPipelines;
-use kernels::{RobotBuffers, RobotPass};
+use buffers::RobotBuffers;
+use pipelines::RobotPass;
 pub(crate) use table::Alone;
-pub(crate) use table::CURVE_INTERVALS;
 use table::Table;
 
 /// Numbers of a command are cut off here, our own choice: far beyond all limits of a robot, and the square is finite on the device.

@@ -10,10 +10,7 @@ use orchard_robot::{
 use orchard_spec::sim::SimSpec;
 
 use crate::BatchError;
-use crate::layout::{QUAD, UNBOUNDED, drive, robot};
-
-/// Number of intervals of a finger's curve.
-pub(crate) const CURVE_INTERVALS: usize = Curve::INTERVALS as usize;
+use crate::layout::{CURVE_INTERVALS, QUAD, UNBOUNDED, drive, robot};
 
 /// Constants of a robot and of its step. `kernels/robot.wgsl` has the same fields in the same order, and explains them.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]

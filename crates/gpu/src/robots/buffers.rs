@@ -1,71 +1,12 @@
-//! Kernels and buffers of robots.
+//! Buffers of a batch of robots.
 
-use wgpu::{BufferBindingType, BufferUsages, ComputePipeline};
+use wgpu::BufferUsages;
 
+use super::pipelines::RobotPass;
 use super::table::Table;
 use crate::buffers::{allocated, check_limits, create_buffer};
 use crate::device::{Gpu, GpuError};
 use crate::layout::LANES;
-use crate::shader;
-
-/// Kind of a pass.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum RobotPass {
-    /// Advances a frame.
-    Frame,
-    /// Resets marked worlds.
-    Reset,
-}
-
-/// Compiled kernels of robots: one for all robots, whose joints are data.
-#[derive(Debug)]
-pub(crate) struct RobotPipelines {
-    frame: ComputePipeline,
-    reset: ComputePipeline,
-    bindings: wgpu::BindGroupLayout,
-}
-
-impl RobotPipelines {
-    /// Compiles the kernels.
-    pub fn new(device: &wgpu::Device) -> Self {
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("robots"),
-            source: wgpu::ShaderSource::Wgsl(shader::source_of_robots().into()),
-        });
-        let kinds = [
-            BufferBindingType::Uniform,
-            BufferBindingType::Storage { read_only: true },
-            BufferBindingType::Storage { read_only: false },
-        ];
-        let entries: Vec<_> = (0..)
-            .zip(kinds)
-            .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
-                binding,
-                visibility: wgpu::ShaderStages::COMPUTE,
-                ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
-                count: None,
-            })
-            .collect();
-        let bindings = device
-            .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries });
-        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: None,
-            bind_group_layouts: &[Some(&bindings)],
-            immediate_size: 0,
-        });
-        let pipeline = |entry| {
-            device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(entry),
-                layout: Some(&layout),
-                module: &module,
-                entry_point: Some(entry),
-                compilation_options: Default::default(),
-                cache: None,
-            })
-        };
-        Self { frame: pipeline("robot_frame"), reset: pipeline("robot_reset"), bindings }
-    }
-}
 
 /// Buffers of a batch of robots.
 #[derive(Debug)]
@@ -120,14 +61,10 @@ impl RobotBuffers {
         if self.groups == 0 {
             return;
         }
-        let pipelines = gpu.robot_pipelines();
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         let mut pass = encoder.begin_compute_pass(&Default::default());
         pass.set_bind_group(0, &self.bindings, &[]);
-        pass.set_pipeline(match kind {
-            RobotPass::Frame => &pipelines.frame,
-            RobotPass::Reset => &pipelines.reset,
-        });
+        pass.set_pipeline(gpu.robot_pipelines().of(kind));
         for _ in 0..times {
             pass.dispatch_workgroups(self.groups, 1, 1);
         }
