@@ -306,6 +306,28 @@ fn a_state_that_is_not_finite_stops_its_world() {
     }
 }
 
+/// A robot with more joints than the kernels know is refused by name.
+#[test]
+fn a_robot_with_too_many_joints_is_refused() {
+    let Some(gpu) = device() else { return };
+    let husky = RobotModel::named("husky-ur5e-2f85").unwrap();
+    let more = |k: u32| {
+        format!(
+            r#"<joint name="more_{k}" type="revolute"><parent link="left_crank"/><child link="link_{k}"/><axis xyz="1 0 0"/>
+            <limit lower="0" upper="1" effort="1" velocity="1"/><mimic joint="left_crank_joint"/></joint>
+            <link name="link_{k}"><inertial><mass value="0.01"/><inertia ixx="1e-5" ixy="0" ixz="0" iyy="1e-5" iyz="0" izz="1e-5"/></inertial></link>"#
+        )
+    };
+    let text = husky.urdf().replace("</robot>", &format!("{}</robot>", (0..3).map(more).collect::<String>()));
+    let robot = RobotModel::from_urdf(&text, husky.config()).unwrap();
+    let e = RobotBatch::new(&gpu, &robot, &Spec::paper().sim, 1).unwrap_err().to_string();
+    let name = &robot.articulation().name;
+    let expected = format!(
+        "a graphics device cannot step the robot {name}: it has 17 degrees of freedom, the kernels know 16"
+    );
+    assert_eq!(e, expected);
+}
+
 /// A command for another arm is refused, and so is a batch that is too large, with the number of worlds that would fit.
 #[test]
 fn bad_input_is_refused() {

@@ -9,7 +9,7 @@ use super::{MANY, ROUNDS, SEED, WARM_UP};
 use orchard_program::rows::Row;
 
 /// Frames of a round with [`MANY`] worlds or more; fewer worlds take more, so that a round is long beside the time in which the device's clock rises.
-const FRAMES: u32 = 600;
+const FRAMES: u32 = 1200;
 /// Largest ways of the arm's joints from the start \[rad\], and velocities of the base [m/s, m/s, rad/s].
 const TURN: f64 = 0.35;
 const SPEEDS: [f64; 3] = [0.3, 0.3, 0.5];
