@@ -202,7 +202,6 @@ impl Table {
             worlds,
             dofs: model.nv() as u32,
             arm_joints: handle.arm.len() as u32,
-            fingers: handle.fingers.len() as u32,
             couplings: model.couplings().len() as u32,
             arm_stiffness: servos.arm.stiffness as f32,
             arm_damping: servos.arm.damping as f32,
@@ -225,6 +224,7 @@ impl Table {
         }
         table.set_arm(robot_model, alone, &servos);
         if let Some(gains) = servos.finger {
+            table.fingers = handle.fingers.len() as u32;
             (table.finger_stiffness, table.finger_damping) = (gains.stiffness as f32, gains.damping as f32);
         }
         for (k, (finger, servo)) in handle.fingers.iter().zip(&servos.fingers).enumerate() {
