@@ -41,7 +41,7 @@ pub fn rows(gpu: &Gpu, worlds: usize) -> anyhow::Result<Vec<Row>> {
     let (rates, name) = (Rounds::new(rates), format!("gpu.robot_{worlds}"));
     let rate = Row::measured(&name, rates.median(), "substeps/s");
     let memory = Row::measured(&format!("{name}.memory"), batch.bytes() as f64, "bytes");
-    let note = "robots alone, without contact; 13 degrees of freedom".to_owned();
+    let note = format!("robots {}, each alone, without contact", RobotModel::PAPER);
     Ok(vec![Row { spread: Some(rates.spread()), note: Some(note), ..rate }, memory])
 }
 
