@@ -72,7 +72,7 @@ fn bits(batch: &mut RobotBatch, index: usize) -> Vec<u64> {
     data.q.iter().chain(&data.v).map(|x| x.to_bits()).collect()
 }
 
-/// A motion of all joints away from the start: base backwards and round, arm to another posture, fingers half closed. Every `kind` has another.
+/// A motion of all joints away from the start: base backwards and round, arm to another posture, fingers half closed by more or less force. Every `kind` has another.
 fn motion(robot: &RobotModel, kind: usize) -> Command {
     let start = robot.start_command();
     let size = 0.1 + 0.1 * kind as f64;
@@ -82,8 +82,16 @@ fn motion(robot: &RobotModel, kind: usize) -> Command {
         }),
         base_velocity: [-0.6 * size - 0.1, 0.5 * size, 0.3 - size],
         finger_q: 0.5 * start.finger_q,
+        finger_force: [1.0, 5.0, 50.0][kind % 3],
         ..start
     }
+}
+
+/// A motion of one joint, which loads all the others.
+fn swing(robot: &RobotModel, kind: usize) -> Command {
+    let mut command = robot.start_command();
+    command.arm_q[kind] += 0.4;
+    command
 }
 
 /// The f64 state of a batch's world, in the model of a world with this robot.
@@ -120,11 +128,11 @@ fn errors(batch: &mut RobotBatch, index: usize, world: &World) -> (f64, f64) {
 fn robots_move_as_in_f64() {
     let Some(gpu) = device() else { return };
     for name in RobotModel::names() {
-        follows_f64(&gpu, &RobotModel::named(name).unwrap(), &[SHORT, SECOND - SHORT], name);
+        follows_f64(&gpu, &RobotModel::named(name).unwrap(), motion, &[SHORT, SECOND - SHORT], name);
     }
 }
 
-/// The same where a load takes servos to their limits, until the arm falls onto the robot; and where friction holds joints that a wrong compensation of their weight would move.
+/// The same where a load takes servos to their limits, until the arm falls onto the robot; and where friction holds joints that a wrong compensation of their weight, or another joint, would move.
 #[test]
 fn limits_and_friction_act_as_in_f64() {
     let Some(gpu) = device() else { return };
@@ -133,11 +141,19 @@ fn limits_and_friction_act_as_in_f64() {
     let torque = arm.gravity_torque(&arm.home(), &GRAVITY);
     let is_over = |(limit, torque): (&Limit, &f64)| torque.abs() > limit.effort;
     assert!(arm.limits().iter().zip(&torque).any(is_over), "{torque}");
-    follows_f64(&gpu, &loaded, &[SHORT], "loaded");
-    follows_f64(&gpu, &sagging("fr3-fixed"), &[SHORT, SECOND - SHORT], "sagging");
+    follows_f64(&gpu, &loaded, motion, &[SHORT], "loaded");
+    let both = [SHORT, SECOND - SHORT];
+    follows_f64(&gpu, &sagging("fr3-fixed"), motion, &both, "sagging");
+    follows_f64(&gpu, &RobotModel::named("fr3-fixed").unwrap(), swing, &both, "swinging");
 }
 
-fn follows_f64(gpu: &Gpu, robot: &RobotModel, stretches: &[u32], name: &str) {
+fn follows_f64(
+    gpu: &Gpu,
+    robot: &RobotModel,
+    command: fn(&RobotModel, usize) -> Command,
+    stretches: &[u32],
+    name: &str,
+) {
     const WORLDS: usize = 3;
     let mut batch = batch_of(gpu, robot, WORLDS as u32);
     let start = World::new(Arc::new(Spec::paper()), Arc::new(robot.clone()), 3, 0).unwrap();
@@ -145,12 +161,12 @@ fn follows_f64(gpu: &Gpu, robot: &RobotModel, stretches: &[u32], name: &str) {
     for (index, world) in worlds.iter().enumerate() {
         // The start is that of the world but for the rounding of its numbers.
         assert!(errors(&mut batch, index, world).0 < 2e-7, "{name}");
-        batch.command(index, &motion(robot, index)).unwrap();
+        batch.command(index, &command(robot, index)).unwrap();
     }
     for &frames in stretches {
         batch.advance(frames);
         for (index, world) in worlds.iter_mut().enumerate() {
-            (0..frames).for_each(|_| world.step(&motion(robot, index)));
+            (0..frames).for_each(|_| world.step(&command(robot, index)));
             let (coordinate, tool) = errors(&mut batch, index, world);
             assert!(
                 coordinate < COORDINATE && tool < TOOL,
