@@ -15,6 +15,15 @@ pub enum Fault {
         /// Index of the fruit.
         fruit: usize,
     },
+    /// Coordinate or velocity of a robot.
+    #[error("degree of freedom {dof} of the robot is not finite")]
+    Robot {
+        /// Degree of freedom.
+        dof: usize,
+    },
+    /// A command.
+    #[error("a command of the robot is not finite")]
+    Command,
 }
 
 /// Time and reason at which a world of a batch was stopped.

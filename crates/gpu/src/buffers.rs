@@ -52,70 +52,32 @@ impl Buffers {
     /// # Errors
     /// The batch does not fit into the device.
     pub fn new(gpu: &Gpu, memory: &Memory) -> Result<Self, GpuError> {
-        let (worlds, limits) = (memory.len(), gpu.device.limits());
+        let worlds = memory.len();
         let largest = [
             4 * memory.links.len(),
             4 * memory.fruit.len(),
             4 * memory.work.len(),
             4 * memory.pushes.len(),
+            4 * memory.pushes.len(),
             16 * memory.operations.len(),
         ];
-        let largest = largest.into_iter().max().unwrap_or(0) as u64;
-        let bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-        let groups = u64::from(limits.max_compute_workgroups_per_dimension);
-        for (what, needed, has) in
-            [("bytes in one buffer", largest, bytes), ("workgroups", memory.tile_count() as u64, groups)]
-        {
-            if needed > has {
-                return Err(GpuError::TooLarge {
-                    worlds,
-                    what,
-                    needed,
-                    adapter: gpu.info().name.clone(),
-                    has,
-                    fits: (u128::from(has) * worlds as u128 / u128::from(needed)) as usize / LANES * LANES,
-                });
-            }
-        }
-        let of_worlds = |worlds: usize| {
-            let part = |bytes: usize| (bytes as u128 * worlds as u128).div_ceil(memory.len().max(1) as u128);
-            Self::allocate(gpu, |bytes| (part(bytes) as u64).next_multiple_of(ALIGNED), memory)
+        check_limits(gpu, worlds, largest.into_iter().max().unwrap_or(0), memory.tile_count())?;
+        let of_worlds = |some: usize| {
+            let part = |bytes: usize| (bytes as u128 * some as u128).div_ceil(worlds.max(1) as u128);
+            Self::allocate(gpu, |bytes| part(bytes) as usize, memory)
         };
-        let Some(buffers) = of_worlds(worlds) else {
-            // wgpu does not report free memory, so the number of worlds is halved until the allocation succeeds.
-            let halves = std::iter::successors(Some(worlds / 2), |half| Some(half / 2));
-            let fits = halves.take_while(|half| *half > 0).find(|half| {
-                // The buffers of the failed attempt are released first; a lost device has no room at all.
-                gpu.wait().is_ok() && of_worlds(*half).is_some()
-            });
-            return Err(GpuError::OutOfMemory {
-                adapter: gpu.info().name.clone(),
-                worlds,
-                each: memory.bytes() / worlds.max(1),
-                fits: fits.unwrap_or(0),
-            });
-        };
+        let buffers = allocated(gpu, worlds, memory.bytes() / worlds.max(1), of_worlds)?;
         buffers.fill(gpu, memory);
         Ok(buffers)
     }
 
-    /// Allocates buffers of `size(bytes)` for the bytes of each array of the memory; `None` if the device has no room for them.
-    fn allocate(gpu: &Gpu, size: impl Fn(usize) -> u64, memory: &Memory) -> Option<Self> {
-        let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
-        let buffer = |label: &str, size: u64, usage: BufferUsages| {
-            gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some(label),
-                size,
-                usage,
-                mapped_at_creation: false,
-            })
-        };
+    /// Creates buffers of `size(bytes)` for the bytes of each array of the memory.
+    fn allocate(gpu: &Gpu, size: impl Fn(usize) -> usize, memory: &Memory) -> Self {
         let copied = BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
-        // A buffer must not be empty.
-        let storage = |label, bytes: usize| buffer(label, size(bytes).max(ALIGNED), copied);
-        let rules = (RULES_STRIDE * PASSES_AT_ONCE) as u64;
-        let buffers = Self {
-            rules: buffer("rules", rules, BufferUsages::UNIFORM | BufferUsages::COPY_DST),
+        let storage = |label, bytes: usize| create_buffer(gpu, label, size(bytes), copied);
+        let rules = RULES_STRIDE * PASSES_AT_ONCE;
+        Self {
+            rules: create_buffer(gpu, "rules", rules, BufferUsages::UNIFORM | BufferUsages::COPY_DST),
             tiles: storage("tiles", size_of_val(&*memory.tiles)),
             operations: storage("operations", size_of_val(&*memory.operations)),
             states: storage("states", size_of_val(&*memory.states)),
@@ -125,8 +87,7 @@ impl Buffers {
             worlds: storage("worlds", size_of_val(&*memory.worlds)),
             pushes: storage("pushes", size_of_val(&*memory.pushes)),
             table: storage("table", size_of_val(&*memory.table)),
-        };
-        pollster::block_on(scope.pop()).is_none().then_some(buffers)
+        }
     }
 
     /// Sends the contents. The work buffer starts with zeros, as every new buffer does.
@@ -171,6 +132,68 @@ impl Buffers {
             .collect();
         gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
     }
+}
+
+/// Checks a batch against the limits of the adapter: bytes of its largest buffer, and number of workgroups.
+///
+/// # Errors
+/// It exceeds one of them; the error names the number of worlds that would fit.
+pub(crate) fn check_limits(gpu: &Gpu, worlds: usize, largest: usize, groups: usize) -> Result<(), GpuError> {
+    let limits = gpu.device.limits();
+    let bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+    let most_groups = u64::from(limits.max_compute_workgroups_per_dimension);
+    for (what, needed, has) in
+        [("bytes in one buffer", largest as u64, bytes), ("workgroups", groups as u64, most_groups)]
+    {
+        if needed > has {
+            return Err(GpuError::TooLarge {
+                worlds,
+                what,
+                needed,
+                adapter: gpu.info().name.clone(),
+                has,
+                fits: (u128::from(has) * worlds as u128 / u128::from(needed)) as usize / LANES * LANES,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Creates a buffer of at least some bytes.
+pub(crate) fn create_buffer(gpu: &Gpu, label: &str, bytes: usize, usage: BufferUsages) -> wgpu::Buffer {
+    gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(label),
+        // A buffer must not be empty.
+        size: (bytes as u64).next_multiple_of(ALIGNED).max(ALIGNED),
+        usage,
+        mapped_at_creation: false,
+    })
+}
+
+/// Allocates the buffers of a batch by `of_worlds`, which creates those of a number of worlds; `each` is the memory of a world [bytes].
+///
+/// # Errors
+/// The device has no room for them; the error names a number of worlds for which it has.
+pub(crate) fn allocated<T>(
+    gpu: &Gpu,
+    worlds: usize,
+    each: usize,
+    of_worlds: impl Fn(usize) -> T,
+) -> Result<T, GpuError> {
+    let attempt = |worlds: usize| {
+        let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let buffers = of_worlds(worlds);
+        pollster::block_on(scope.pop()).is_none().then_some(buffers)
+    };
+    attempt(worlds).ok_or_else(|| {
+        // wgpu does not report free memory, so the number of worlds is halved until the allocation succeeds.
+        let halves = std::iter::successors(Some(worlds / 2), |half| Some(half / 2));
+        let fits = halves.take_while(|half| *half > 0).find(|half| {
+            // The buffers of the failed attempt are released first; a lost device has no room at all.
+            gpu.wait().is_ok() && attempt(*half).is_some()
+        });
+        GpuError::OutOfMemory { adapter: gpu.info().name.clone(), worlds, each, fits: fits.unwrap_or(0) }
+    })
 }
 
 /// A buffer, its copy on the host, and the ranges to read.

@@ -7,6 +7,7 @@ use wgpu::{Backends, DeviceDescriptor, DeviceType, Features, InstanceDescriptor,
 use crate::BatchError;
 use crate::layout::LANES;
 use crate::pipelines::Pipelines;
+use crate::robots::pipelines::RobotPipelines;
 use crate::schedule::WARPS;
 
 /// Number of storage buffers that the kernels bind.
@@ -107,6 +108,7 @@ pub struct Gpu {
     info: GpuInfo,
     lost: Arc<Mutex<Option<String>>>,
     pipelines: Arc<OnceLock<Arc<Pipelines>>>,
+    robot_pipelines: Arc<OnceLock<RobotPipelines>>,
 }
 
 impl Gpu {
@@ -167,12 +169,17 @@ impl Gpu {
             let mut lost = note.lock().unwrap_or_else(PoisonError::into_inner);
             lost.get_or_insert_with(|| one_line(&e.to_string()));
         }));
-        Ok(Self { device, queue, info, lost, pipelines: Arc::default() })
+        Ok(Self { device, queue, info, lost, pipelines: Arc::default(), robot_pipelines: Arc::default() })
     }
 
     /// Compiled kernels, shared by all batches of the device.
     pub(crate) fn pipelines(&self) -> Arc<Pipelines> {
         self.pipelines.get_or_init(|| Arc::new(Pipelines::new(&self.device))).clone()
+    }
+
+    /// Compiled kernels of robots, shared by all batches of the device.
+    pub(crate) fn robot_pipelines(&self) -> &RobotPipelines {
+        self.robot_pipelines.get_or_init(|| RobotPipelines::new(&self.device))
     }
 
     /// Name and limits of the adapter.

@@ -24,13 +24,18 @@ macro_rules! fields {
 }
 
 mod drawing;
+mod robots;
 mod stepping;
 
 pub(crate) use drawing::*;
+pub(crate) use robots::*;
 pub(crate) use stepping::*;
 
 /// Units of a radius in an operation [1/m].
 pub(crate) const RADIUS_UNITS: f32 = 1e5;
+
+/// Number of intervals of the curve of a finger that turns.
+pub(crate) const CURVE_INTERVALS: usize = orchard_robot::Curve::INTERVALS as usize;
 
 /// Number for an absent limit: WGSL refuses an infinity in the source.
 pub(crate) const UNBOUNDED: f32 = 1e30;
@@ -38,9 +43,9 @@ pub(crate) const UNBOUNDED: f32 = 1e30;
 /// The constants as WGSL source.
 pub(crate) fn wgsl() -> String {
     let mut text = format!(
-        "const LANES: u32 = {LANES}u;\nconst UNBOUNDED: f32 = {UNBOUNDED:e};\nconst QUAD: u32 = {QUAD}u;\nconst RADIUS_UNITS: f32 = {RADIUS_UNITS:e};\n"
+        "const LANES: u32 = {LANES}u;\nconst UNBOUNDED: f32 = {UNBOUNDED:e};\nconst QUAD: u32 = {QUAD}u;\nconst RADIUS_UNITS: f32 = {RADIUS_UNITS:e};\nconst CURVE_INTERVALS: u32 = {CURVE_INTERVALS}u;\n"
     );
-    for (module, name, value) in stepping::ALL.iter().chain(drawing::ALL) {
+    for (module, name, value) in stepping::ALL.iter().chain(drawing::ALL).chain(robots::ALL) {
         // Writing to a string never fails.
         let _ = writeln!(text, "const {}_{name}: u32 = {value}u;", module.to_uppercase());
     }

@@ -1,7 +1,8 @@
-//! Thousands of trees with their fruit at once, in f32 on any graphics device.
+//! Thousands of trees with their fruit, or of robots, at once, in f32 on any graphics device.
 //!
 //! A [`GpuBatch`] steps trees with fruit, ruptures and detachments, without a robot, as `orchard_batch::Batch` does on the processor. Every world may have its own
 //! dimensions and its own topology. A batch is made of given worlds, or of one base tree ([`BaseTree`]) from which the device draws the dimensions of every world ([`GpuBatch::randomised`]).
+//! A [`RobotBatch`] steps robots of one kind, each alone (`docs/computation/gpu-world.md`).
 //! The kernels are in `kernels/*.wgsl`. Those that step worlds are tested against the f64 worlds; those that draw worlds have twins in Rust (`twin/`) besides.
 //! `docs/computation/gpu.md` describes the layout of memory and the distribution of work over threads.
 //!
@@ -36,6 +37,9 @@ mod memory;
 mod pipelines;
 #[cfg(test)]
 mod redraw_tests;
+#[cfg(test)]
+mod robot_tests;
+mod robots;
 mod rules;
 mod schedule;
 mod shader;
@@ -62,6 +66,7 @@ struct Readme;
 
 pub use batch::{GpuBatch, Options, Statistics};
 pub use device::{Choice, Gpu, GpuError, GpuInfo};
+pub use robots::RobotBatch;
 pub use schedule::{ScheduleError, WARPS};
 pub use solver::Solver;
 pub use table::{BaseError, BaseTree};
@@ -106,6 +111,24 @@ pub enum BatchError {
         "the batch was made of given worlds; GpuBatch::randomised makes one that can draw its worlds again"
     )]
     NoBase,
+    /// The kernels cannot step a robot.
+    #[error("a graphics device cannot step the robot {robot}: {why}")]
+    Robot {
+        /// Name of the robot.
+        robot: String,
+        /// Reason.
+        why: String,
+    },
+    /// A command is for an arm with another number of joints.
+    #[error("the command of world {world} has {given} numbers for the joints of the arm, which has {has}")]
+    Joints {
+        /// Index of the world.
+        world: usize,
+        /// Number of the command's numbers.
+        given: usize,
+        /// Number of the arm's joints.
+        has: usize,
+    },
     /// The worlds differ in substep, gravity or rules of breaking.
     #[error("world {world} has another substep, gravity or rules of breaking than world 0")]
     Rules {

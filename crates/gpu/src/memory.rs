@@ -340,6 +340,6 @@ impl Memory {
 }
 
 /// Place of a lane's field; `field` counts the fields of all rows before.
-fn quad_at(field: usize, lane: usize) -> usize {
+pub(crate) fn quad_at(field: usize, lane: usize) -> usize {
     (field / QUAD * LANES + lane) * QUAD + field % QUAD
 }

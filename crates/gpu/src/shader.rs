@@ -39,6 +39,17 @@ pub(crate) fn source() -> String {
     text
 }
 
+/// The source of the kernels of robots, a module of their own.
+pub(crate) fn source_of_robots() -> String {
+    let files = [
+        include_str!("kernels/math.wgsl"),
+        include_str!("kernels/robot.wgsl"),
+        include_str!("kernels/robot_links.wgsl"),
+        include_str!("kernels/robot_servos.wgsl"),
+    ];
+    layout::wgsl() + &files.concat()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

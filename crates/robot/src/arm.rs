@@ -7,6 +7,7 @@ use crate::finger::{ChainJoint, Opening, joined};
 use crate::joint_values::{JointValues, MAX_ARM_DOF};
 use crate::parameters::{IkParameters, QpParameters};
 use orchard_geometry::{Aabb, Pose, Shape, Vec3};
+use orchard_multibody::SpatialInertia;
 
 pub use crate::chain::{BaseMotion, Jacobian};
 pub use crate::joint_values::JointVector;
@@ -234,6 +235,11 @@ impl ArmKinematics {
     /// Joint torques [N m] that accelerate the arm from rest by `a` [rad/s2].
     pub fn inertial_torque(&self, q: &JointVector, a: &JointVector) -> JointVector {
         self.chain.inertial_torque(q, a)
+    }
+
+    /// Inertia of the last arm link with hand and fingers, at their start opening, in the link's frame: what the servos take it for.
+    pub fn wrist_inertia(&self) -> SpatialInertia {
+        self.chain.hinges[self.dof() - 1].inertia
     }
 
     /// Inertia that each joint moves with all other joints locked [kg m^2].

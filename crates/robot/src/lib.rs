@@ -51,7 +51,7 @@ pub use config::{
 };
 pub use cup::{Cup, Seal};
 pub use error::RobotError;
-pub use finger::{Finger, FingerLink, Opening, Turn};
+pub use finger::{Curve, Finger, FingerLink, Opening, Turn};
 pub use handle::{Bucket, PartGroups, RobotColliders, RobotHandle};
 pub use ik::{IkFailure, IkTarget};
 pub use ik_trial::IkTrial;
@@ -64,6 +64,8 @@ pub use outline::outline;
 pub use pictures::{PictureRequest, Pictures};
 pub use qp::{Obstacle, QpGoal, QpState, QpStatus, QpStep, QpTask};
 pub use resources::{NoMeshes, Resources};
-pub use servo::{Servos, SetPoints};
+pub use servo::{
+    BaseServo, Drivetrain, FingerServo, Gains, ServoParameters, Servos, SetPoints, VelocityDrive,
+};
 pub use survey::{Draft, Guess, InertiaFacts, JointFacts, LinkFacts, RoleFacts, Survey};
 pub use warning::Warning;

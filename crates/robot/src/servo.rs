@@ -17,26 +17,27 @@
 
 mod base;
 mod drivetrain;
+mod parameters;
 
-use crate::articulation::Limit;
-use crate::base::BaseJoint;
+pub use base::{BaseServo, VelocityDrive};
+pub use drivetrain::Drivetrain;
+pub use parameters::{FingerServo, Gains, ServoParameters};
+
 use crate::braking::{stopping_speed, velocity_range};
-use crate::finger::FoundFinger;
 use crate::handle::RobotHandle;
 use crate::io::Command;
 use crate::joint_values::{JointValues, MAX_ARM_DOF};
 use crate::model::RobotModel;
-use base::BaseServo;
-use drivetrain::{Drivetrain, Loss};
+use drivetrain::Loss;
 use orchard_geometry::Vec3;
 use orchard_multibody::{Data, Model};
-use orchard_quantity::Quantity;
 use serde::{Deserialize, Serialize};
 
 /// Servos of one robot. They hold the set points, which move no faster than the hardware allows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Servos {
-    robot: Parameters,
+    robot: ServoParameters,
+    kinematics: crate::ArmKinematics,
     set: SetPoints,
     /// Torques that friction and rotors take from the arm's servos in the present substep \[N m\].
     losses: [Loss; MAX_ARM_DOF],
@@ -50,37 +51,6 @@ pub struct SetPoints {
     arm_target: JointValues,
     arm_rate: JointValues,
     finger_target: [f64; 2],
-}
-
-#[derive(Debug, Clone, PartialEq)]
-struct Parameters {
-    base: Option<BaseServo>,
-    height: Option<Gains>,
-    arm: Gains,
-    arm_acceleration: f64,
-    drivetrains: [Drivetrain; MAX_ARM_DOF],
-    /// Compensated gravity torque over the true one \[1\].
-    gravity_share: f64,
-    finger: Option<Gains>,
-    finger_speed: f64,
-    finger_force: f64,
-    fingers: Vec<FingerServo>,
-    kinematics: crate::ArmKinematics,
-    carried_mass: f64,
-}
-
-/// A finger's range of openings \[m\], and the inertia that its driving joint moves [kg or kg m^2].
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct FingerServo {
-    lower: f64,
-    upper: f64,
-    inertia: f64,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Gains {
-    stiffness: f64,
-    damping: f64,
 }
 
 /// Drive of one degree of freedom in one step.
@@ -108,18 +78,7 @@ impl Input {
     }
 }
 
-impl FingerServo {
-    fn new(found: &FoundFinger) -> Self {
-        let Limit { lower, upper, .. } = found.limit;
-        Self { lower, upper, inertia: found.inertia }
-    }
-}
-
 impl Gains {
-    fn new(gains: &crate::config::Gains) -> Self {
-        Self { stiffness: gains.stiffness.si(), damping: gains.damping.si() }
-    }
-
     /// Gains about a joint of gains at the end of a lever \[m\].
     fn on_lever(&self, lever: f64) -> Self {
         let square = lever * lever;
@@ -137,21 +96,6 @@ impl Gains {
             Input { stiffness: 0.0, damping: 0.0, rest: joint.q, torque: limit.copysign(predicted) }
         }
     }
-}
-
-/// Drivetrains of the arm's joints: the config's figures, else the description's.
-fn drivetrains(robot: &RobotModel) -> [Drivetrain; MAX_ARM_DOF] {
-    let arm = &robot.config().arm;
-    std::array::from_fn(|i| {
-        let Some(&link) = robot.roles.arm.get(i) else { return Drivetrain::default() };
-        let friction = robot.articulation().links[link].friction;
-        let given = |list: &[Quantity], other: f64| list.get(i).map_or(other, Quantity::si);
-        Drivetrain {
-            armature: given(&arm.armature, 0.0),
-            coulomb: given(&arm.friction, friction.coulomb),
-            viscous: given(&arm.viscous_friction, friction.viscous),
-        }
-    })
 }
 
 struct Joint {
@@ -177,13 +121,7 @@ const EFFORT_SLACK: f64 = 1e-9;
 impl Servos {
     /// Makes servos that hold the start posture.
     pub fn new(robot: &RobotModel) -> Self {
-        let c = robot.config();
         let start = robot.start_command();
-        let kinematics = robot.kinematics().clone();
-        let rail = match robot.roles.base_joint {
-            BaseJoint::Rail { on, .. } => robot.articulation().links[on].limit,
-            _ => None,
-        };
         Self {
             set: SetPoints {
                 base_velocity: [0.0; 3],
@@ -192,23 +130,8 @@ impl Servos {
                 finger_target: [start.finger_q; 2],
             },
             losses: [Loss::default(); MAX_ARM_DOF],
-            robot: Parameters {
-                base: c.drive.as_ref().map(|c| BaseServo::new(c, robot.mass(), robot.yaw_inertia(), rail)),
-                height: c.height.as_ref().map(Gains::new),
-                arm: Gains { stiffness: c.arm.stiffness.si(), damping: c.arm.damping.si() },
-                arm_acceleration: c.arm.acceleration_max.si(),
-                drivetrains: drivetrains(robot),
-                gravity_share: 1.0 + c.arm.gravity_error.as_ref().map_or(0.0, |error| error.si()),
-                finger: c
-                    .finger
-                    .as_ref()
-                    .map(|c| Gains { stiffness: c.stiffness.si(), damping: c.damping.si() }),
-                finger_speed: kinematics.finger_speed(),
-                finger_force: kinematics.finger_force(),
-                fingers: robot.roles.fingers.iter().map(FingerServo::new).collect(),
-                kinematics,
-                carried_mass: robot.carried_mass(),
-            },
+            robot: ServoParameters::new(robot),
+            kinematics: robot.kinematics().clone(),
         }
     }
 
@@ -262,7 +185,7 @@ impl Servos {
     /// friction slips, and the result is true if the substep must be repeated from its start.
     pub fn cap_overshoot(&mut self, model: &Model, data: &mut Data, handle: &RobotHandle) -> bool {
         let mut capped = false;
-        let limits = self.robot.kinematics.limits().iter().zip(&mut self.losses);
+        let limits = self.kinematics.limits().iter().zip(&mut self.losses);
         for (&body, (limit, loss)) in handle.arm.iter().zip(limits) {
             let (dof, q) = (model.dofs(body).start, data.q[model.qs(body).start]);
             let mut servo = Input {
@@ -298,7 +221,7 @@ impl Servos {
         h: f64,
         remaining: f64,
     ) {
-        let arm = &self.robot.kinematics;
+        let arm = &self.kinematics;
         let q = JointValues::from_fn(handle.arm.len(), |i| data.q[model.qs(handle.arm[i]).start]).vector();
         let holding = arm.gravity_torque(&q, gravity);
         let inertia = arm.reflected_inertia(&q);

@@ -1,6 +1,7 @@
-//! Suite `gpu`: batches of trees on the graphics device. Every world is kicked, with ruptures, detachments, drag and tests on.
+//! Suite `gpu`: batches of trees, and of robots, on the graphics device. Every world is kicked, with ruptures, detachments, drag and tests on.
 
 mod counters;
+mod robots;
 mod stems;
 mod warp;
 
@@ -110,6 +111,10 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
     for &(worlds, _) in targets {
         say(&bar, &format!("{worlds} worlds on stems and in wind"));
         rows.extend(stems::rows(&gpu, typical, kinds, worlds, substeps, awake, counters.as_ref())?);
+    }
+    for &(worlds, _) in targets {
+        say(&bar, &format!("{worlds} robots"));
+        rows.extend(robots::rows(&gpu, worlds)?);
     }
     bar.finish_and_clear();
     let info = gpu.info();

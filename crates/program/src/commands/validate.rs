@@ -37,7 +37,7 @@ fruit        sizes, masses, clusters and bruises of fruit against measurements\n
 effect       harvests of the preset calibrated beside paper, by two controllers on the same seeds\n  \
 sensitivity  effects of the uncertain parameters of the preset calibrated on the expert's harvest, up to a quarter of an hour\n  \
 ik           10,000 reachable tool poses of each robot, solved by both inverse kinematics\n  \
-gpu          trees on the graphics device against the same trees in f64: states, ruptures, detachments\n\n\
+gpu          trees and robots on the graphics device against the same in f64: states, ruptures, detachments\n\n\
                   A row of trees has the figure of the grown trees, the measured figure as its target, and the target interval.\n\
                   Pictures are written to the folder FILE-pictures beside FILE. A missed target gives exit code 1 unless\n\
                   its row has a reason why it cannot be met.\n\nExample:\n  orchard validate trees --json trees.json")]
@@ -114,7 +114,7 @@ const SUITES: &[Suite] = &[
     #[cfg(feature = "gpu")]
     Suite {
         name: "gpu",
-        about: "trees on the graphics device against the same trees in f64",
+        about: "trees and robots on the graphics device against the same in f64",
         measure: gpu::measure,
     },
 ];

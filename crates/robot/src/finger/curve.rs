@@ -2,16 +2,21 @@
 
 /// Cubic Hermite interpolation; beyond the ends it goes on straight.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Curve {
-    start: f64,
-    step: f64,
+pub struct Curve {
+    /// Place of the first point.
+    pub start: f64,
+    /// Distance between points.
+    pub step: f64,
     /// Value and slope at each point; at least two points.
-    points: Vec<[f64; 2]>,
+    pub points: Vec<[f64; 2]>,
 }
 
 impl Curve {
+    /// Number of intervals of a finger's opening: an arc of 1 rad with a lever of 0.1 m is then met to 1e-9 m.
+    pub const INTERVALS: u32 = 64;
+
     /// Makes the curve through `intervals + 1` points over a range; `of` gives value and slope.
-    pub fn through([low, high]: [f64; 2], intervals: u32, of: impl Fn(f64) -> [f64; 2]) -> Self {
+    pub(super) fn through([low, high]: [f64; 2], intervals: u32, of: impl Fn(f64) -> [f64; 2]) -> Self {
         let step = (high - low) / f64::from(intervals);
         let points = (0..=intervals).map(|k| of(low + step * f64::from(k))).collect();
         Self { start: low, step, points }
@@ -26,6 +31,7 @@ impl Curve {
         ([self.points[k], self.points[k + 1]], place - k as f64)
     }
 
+    /// Value at a place.
     pub fn at(&self, x: f64) -> f64 {
         let ([[a, da], [b, db]], u) = self.interval(x);
         if u < 0.0 {
@@ -39,6 +45,7 @@ impl Curve {
         w * w * ((1.0 + 2.0 * u) * a + u * da) + u * u * ((1.0 + 2.0 * w) * b - w * db)
     }
 
+    /// Slope at a place.
     pub fn slope(&self, x: f64) -> f64 {
         let ([[a, da], [b, db]], u) = self.interval(x);
         if u < 0.0 {

@@ -6,9 +6,6 @@ use crate::articulation::{Articulation, Limit};
 use orchard_geometry::{Mat3, Pose, Vec3};
 use orchard_multibody::JointKind;
 
-/// Number of intervals of a measured opening: an arc of 1 rad with a lever of 0.1 m is then met to 1e-9 m.
-const INTERVALS: u32 = 64;
-
 /// Least slope of a measured opening as a share of the largest, our own choice: below it the finger is near a dead point.
 const SLOPE_MIN: f64 = 0.02;
 
@@ -240,9 +237,9 @@ impl<'a> Pad<'a> {
         if range[1] - range[0] <= 2.0 * SLOPE_STEP {
             return Err("a joint that drives a finger needs a range of positions");
         }
-        let curve = Curve::through(range, INTERVALS, |q| [self.gap(q), self.slope(q)]);
-        let at = |k: u32| range[0] + (range[1] - range[0]) * f64::from(k) / f64::from(INTERVALS);
-        let slopes: Vec<f64> = (0..=INTERVALS).map(|k| curve.slope(at(k))).collect();
+        let curve = Curve::through(range, Curve::INTERVALS, |q| [self.gap(q), self.slope(q)]);
+        let at = |k: u32| range[0] + (range[1] - range[0]) * f64::from(k) / f64::from(Curve::INTERVALS);
+        let slopes: Vec<f64> = (0..=Curve::INTERVALS).map(|k| curve.slope(at(k))).collect();
         let largest = slopes.iter().map(|slope| slope.abs()).fold(0.0, f64::max);
         let opens = curve.at(range[1]) > curve.at(range[0]);
         let is_even = |slope: &f64| (*slope > 0.0) == opens && slope.abs() >= SLOPE_MIN * largest;
@@ -264,7 +261,7 @@ impl<'a> Pad<'a> {
             }
             0.5 * (low + high)
         };
-        let joint = Curve::through(span, INTERVALS, |s| {
+        let joint = Curve::through(span, Curve::INTERVALS, |s| {
             let q = position(s);
             [q, 1.0 / curve.slope(q)]
         });

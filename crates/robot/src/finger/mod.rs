@@ -11,7 +11,7 @@ mod find;
 pub(crate) use find::find;
 
 use crate::articulation::{Limit, moved_by};
-use curve::Curve;
+pub use curve::Curve;
 use orchard_geometry::Pose;
 use orchard_multibody::{JointKind, SpatialInertia};
 
@@ -61,7 +61,7 @@ pub enum Opening {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Turn {
     /// Opening by the joint's position, over the joint's range.
-    opening: Curve,
+    pub opening: Curve,
     /// The joint's position by the opening.
     joint: Curve,
 }

@@ -9,38 +9,48 @@ use nalgebra::Vector2;
 use orchard_geometry::{Vec3, math};
 use orchard_multibody::{BodyId, Data, Model};
 
-/// Drive of a base in SI units.
+/// Drive of a base.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct BaseServo {
-    steering: Steering,
-    travel: Drive,
-    turn: Drive,
-    mass: f64,
-    yaw_inertia: f64,
+pub struct BaseServo {
+    /// Steering.
+    pub steering: Steering,
+    /// Drive forward and aside \[m, N\].
+    pub travel: VelocityDrive,
+    /// Drive about the vertical [rad, N m].
+    pub turn: VelocityDrive,
+    /// Mass that the drive moves \[kg\].
+    pub mass: f64,
+    /// Yaw inertia that it turns [kg m^2].
+    pub yaw_inertia: f64,
     /// Limits of the joint, for a base on a rail.
-    rail: Option<Limit>,
+    pub rail: Option<Limit>,
 }
 
+/// A servo that holds a velocity.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Drive {
-    damping: f64,
-    effort_max: f64,
-    speed_max: f64,
-    acceleration_max: f64,
+pub struct VelocityDrive {
+    /// Effort for each unit of velocity that is missing.
+    pub damping: f64,
+    /// Largest effort.
+    pub effort_max: f64,
+    /// Largest velocity.
+    pub speed_max: f64,
+    /// Largest acceleration of the set point.
+    pub acceleration_max: f64,
 }
 
 impl BaseServo {
     /// Makes the drive of a base that moves a mass \[kg\] with a yaw inertia [kg m^2].
-    pub fn new(config: &BaseDrive, mass: f64, yaw_inertia: f64, rail: Option<Limit>) -> Self {
+    pub(super) fn new(config: &BaseDrive, mass: f64, yaw_inertia: f64, rail: Option<Limit>) -> Self {
         Self {
             steering: config.steering.clone(),
-            travel: Drive {
+            travel: VelocityDrive {
                 damping: config.damping.si(),
                 effort_max: config.force_max.si(),
                 speed_max: config.speed_max.si(),
                 acceleration_max: config.acceleration_max.si(),
             },
-            turn: Drive {
+            turn: VelocityDrive {
                 damping: config.turn_damping.si(),
                 effort_max: config.torque_max.si(),
                 speed_max: config.turn_speed_max.si(),
@@ -54,7 +64,7 @@ impl BaseServo {
 
     /// Moves the velocity set point `set` (base frame: forward, left, yaw rate) towards the commanded one and sets the forces of the next
     /// substep of length `h` \[s\].
-    pub fn apply(
+    pub(super) fn apply(
         &self,
         model: &Model,
         data: &mut Data,

@@ -3,22 +3,19 @@
 //! A drivetrain with armature B, Coulomb friction F and viscous friction b exerts `-B (v' - v) / h - b v' - f` on its joint over a substep of
 //! length h, with `|f| <= F`. The first two terms are a damper and a torque, which the step takes implicitly. f is foreseen from the joint
 //! alone: with the momentum p = J v + h tau that it would have at the end of the substep without friction and at rest, J with B in it, it
-//! sticks if |p| <= h F, and slips with f = F sign(p) otherwise. A joint that sticks creeps: f = F v' / [`CREEP`]. If what is not
+//! sticks if |p| <= h F, and slips with f = F sign(p) otherwise. A joint that sticks creeps: f = F v' / [`Drivetrain::CREEP`]. If what is not
 //! foreseen (contact, other joints) would need more than F, the joint breaks free and the substep is repeated.
 
 use super::{Input, Joint};
 
-/// Speed of a joint that sticks under the whole Coulomb friction [rad/s], our own choice: 0.6 deg in 100 s.
-const CREEP: f64 = 1e-4;
-
 /// Armature and friction of a joint.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Drivetrain {
-    /// [kg m^2].
+pub struct Drivetrain {
+    /// Inertia of rotor and gears as the joint feels it [kg m^2].
     pub armature: f64,
-    /// [N m].
+    /// Coulomb friction [N m].
     pub coulomb: f64,
-    /// [N m s/rad].
+    /// Viscous friction [N m s/rad].
     pub viscous: f64,
 }
 
@@ -44,8 +41,11 @@ enum Coulomb {
 }
 
 impl Drivetrain {
+    /// Speed of a joint that sticks under the whole Coulomb friction [rad/s], our own choice: 0.6 deg in 100 s.
+    pub const CREEP: f64 = 1e-4;
+
     /// Foresees the loss of a joint, whose inertia has the armature in it, under its servo and a known load [N m].
-    pub fn loss(&self, joint: &Joint, servo: &Input, load: f64, h: f64) -> Loss {
+    pub(super) fn loss(&self, joint: &Joint, servo: &Input, load: f64, h: f64) -> Loss {
         let inertia = self.armature / h;
         let coulomb = if self.coulomb > 0.0 {
             let effort = servo.stiffness * (servo.rest - joint.q) + servo.torque + load;
@@ -74,7 +74,7 @@ impl Loss {
     /// The part that grows with the speed [N m s/rad].
     pub fn damping(&self) -> f64 {
         match self.coulomb {
-            Coulomb::Sticks(most) => self.smooth_damping + most / CREEP,
+            Coulomb::Sticks(most) => self.smooth_damping + most / Drivetrain::CREEP,
             _ => self.smooth_damping,
         }
     }
@@ -82,7 +82,7 @@ impl Loss {
     /// Lets a joint slip that stuck and has more than its Coulomb friction to bear at speed `v` [rad/s]; true if it did.
     pub fn breaks_free(&mut self, v: f64, slack: f64) -> bool {
         let Coulomb::Sticks(most) = self.coulomb else { return false };
-        let breaks = v.abs() > CREEP * (1.0 + slack);
+        let breaks = v.abs() > Drivetrain::CREEP * (1.0 + slack);
         if breaks {
             self.coulomb = Coulomb::Slips(-most.copysign(v));
         }

@@ -1,4 +1,6 @@
-//! Suite `gpu`: trees on the graphics device against the same trees in f64.
+//! Suite `gpu`: trees and robots on the graphics device against the same trees and robots in f64.
+
+mod robots;
 
 use std::sync::Arc;
 
@@ -123,6 +125,7 @@ fn measure_on(gpu: &Gpu) -> anyhow::Result<Measured> {
             row(&format!("gpu.{name}.worlds"), f64::from(errors.worlds), "worlds").at_least(1.0),
         ]);
     }
+    rows.extend(robots::rows(gpu, gentle)?);
     rows.push(if is_software { enough } else { enough.at_least(EVENTS) });
     rows.extend(broken.rows("gpu.events"));
     rows.push(row("gpu.stems.events", released.all as f64, "events"));
