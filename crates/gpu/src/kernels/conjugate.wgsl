@@ -30,8 +30,10 @@ fn conjugate(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_inde
         substep = step - 1u;
         let mode = select(select(ADVANCE, TEST, step == rules.substeps), LOOK, step == 0u);
         if BLOWS {
-            if runs {
-                renew_air(warp, mode, is_stale);
+            // That of the present frame where the motion is stale, that of the next one at the end of a frame.
+            let is_end = mode == TEST;
+            if runs && (is_end || (mode == LOOK && is_stale)) {
+                sample_air(warp, TEAM, select(rules.frame - 1u, rules.frame, is_end));
             }
             meet();
         }

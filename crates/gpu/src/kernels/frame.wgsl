@@ -22,9 +22,9 @@ fn frame(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) t
     for (var step = 0u; step <= rules.substeps; step++) {
         substep = step - 1u;
         let mode = select(select(ADVANCE, TEST, step == rules.substeps && !SETTLES), LOOK, step == 0u);
-        if BLOWS {
-            if runs {
-                renew_air(warp, mode, is_stale);
+        if BLOWS && step == 0u {
+            if runs && is_stale {
+                sample_air(warp, TEAM, rules.frame - 1u);
             }
             storageBarrier();
         }
@@ -40,18 +40,14 @@ fn frame(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) t
                     outward(part, mode);
                 }
             }
+            // The other warps wait for the trunk's: they set the air of the next frame meanwhile, a share in every substep.
+            if BLOWS && is_trunk && runs && step > 0u && warp > 0u {
+                sample_air((step - 1u) * (TEAM - 1u) + warp - 1u, rules.substeps * (TEAM - 1u), rules.frame);
+            }
             storageBarrier();
         }
     }
     conclude(thread, runs);
-}
-
-// Sets the air for the outward pass of a step: that of the present frame where the motion is stale, that of the next one at the end of a frame.
-fn renew_air(warp: u32, mode: u32, is_stale: bool) {
-    let is_end = mode == TEST;
-    if is_end || (mode == LOOK && is_stale) {
-        sample_air(warp, select(rules.frame - 1u, rules.frame, is_end));
-    }
 }
 
 // Stores what the parts of a world have found. Settling leaves motions of another substep, which are stale.

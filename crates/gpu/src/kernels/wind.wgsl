@@ -14,13 +14,13 @@ struct Four {
     z: vec4f,
 }
 
-// Sets the air of a frame at a share of a world's places; `frame` counts from 0.
-fn sample_air(warp: u32, frame: u32) {
+// Sets the air of a frame at every `stride`-th four of a world's places; `frame` counts from 0.
+fn sample_air(first: u32, stride: u32, frame: u32) {
     let places = bitcast<u32>(world(WORLD_PLACES));
     // Frames since the wind began.
     let clock = frame - bitcast<u32>(world(WORLD_BEGAN));
     let winds = winds_at();
-    for (var four = warp; 4u * four < places; four += TEAM) {
+    for (var four = first; 4u * four < places; four += stride) {
         var air = gusts(four, clock);
         for (var k = 4u * four; k < min(4u * four + 4u, places); k++) {
             links[winds + k * LANES] = vec4f(air.x.x, air.y.x, air.z.x, 0.0);
