@@ -114,7 +114,8 @@ fn the_policy_that_learned_here_holds_fruit() {
 fn the_policy_that_was_cloned_here_harvests_by_its_camera() {
     let folder = tempfile::tempdir().unwrap();
     let cloned = concat!(env!("CARGO_MANIFEST_DIR"), "/../../policies/harvest-clone.onnx");
-    let run = "bench-v1 --tasks harvest --conditions nominal --seeds 20250704 --trees 1 --horizon 40 --out run";
+    let run =
+        "bench-v1 --tasks harvest --conditions nominal --seeds 20250704 --trees 1 --horizon 40 --out run";
     done(folder.path(), &format!("{run} --controller onnx:{cloned}"));
     let text = fs::read_to_string(folder.path().join("run/summary.json")).unwrap();
     let summary: serde_json::Value = serde_json::from_str(&text).unwrap();

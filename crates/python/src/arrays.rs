@@ -50,6 +50,16 @@ pub fn report<'py>(py: Python<'py>, env: &TaskEnv) -> PyResult<(f64, bool, bool,
     Ok((report.reward, report.terminated, report.truncated, info))
 }
 
+/// A name and that of the mask beside it, as strings of Python that are made once: a step writes some twenty of them.
+macro_rules! named {
+    ($py:expr, $name:literal) => {
+        [pyo3::intern!($py, $name), pyo3::intern!($py, concat!("_", $name))]
+    };
+}
+
+/// A name and that of its mask.
+type Names<'a, 'py> = [&'a Bound<'py, PyString>; 2];
+
 /// Info in Gymnasium's form. Without a mask: plain values of one environment. With one: an array of all environments, and beside it, under its
 /// name after a `_`, the mask of those that it speaks of.
 struct Info<'a, 'py> {
@@ -61,33 +71,39 @@ struct Info<'a, 'py> {
 
 impl<'py> Info<'_, 'py> {
     fn written(&self) -> PyResult<Bound<'py, PyDict>> {
-        let all = PyDict::new(self.py);
-        self.put(&all, "is_success", |_, r| r.is_success)?;
-        self.put(&all, "cost", |_, r| r.cost)?;
-        self.put(&all, "outcome", |_, r| self.text(r.outcome.as_deref()))?;
-        self.group(&all, "reward_terms", |terms| {
+        let py = self.py;
+        let all = PyDict::new(py);
+        self.put(&all, named!(py, "is_success"), |_, r| r.is_success)?;
+        self.put(&all, named!(py, "cost"), |_, r| r.cost)?;
+        self.put(&all, named!(py, "outcome"), |_, r| self.text(r.outcome.as_deref()))?;
+        self.group(&all, named!(py, "reward_terms"), |terms| {
             let mut named = self.env.interface().reward.iter().enumerate();
-            named.try_for_each(|(i, term)| self.put(terms, term.name, |_, r| r.terms[i]))
+            named.try_for_each(|(i, term)| {
+                let name = PyString::new(py, term.name);
+                let mask = PyString::new(py, &format!("_{}", term.name));
+                self.put(terms, [&name, &mask], |_, r| r.terms[i])
+            })
         })?;
-        self.group(&all, "statistics", |statistics| {
-            let put =
-                |name, value: fn(&Statistics) -> f64| self.put(statistics, name, |_, r| value(&r.statistics));
-            let count = |name, value: fn(&Statistics) -> u32| {
-                self.put(statistics, name, |_, r| i64::from(value(&r.statistics)))
+        self.group(&all, named!(py, "statistics"), |statistics| {
+            let put = |names, value: fn(&Statistics) -> f64| {
+                self.put(statistics, names, |_, r| value(&r.statistics))
             };
-            put("return", |s| s.total_reward)?;
-            put("cost", |s| s.total_cost)?;
-            count("length", |s| s.length)?;
-            put("time", |s| s.time)?;
-            count("deposited", |s| s.deposited)?;
-            put("completeness", |s| s.completeness)?;
-            count("branches_snapped", |s| s.damage.branches_snapped)?;
-            count("fruit_dropped", |s| s.damage.fruit_dropped)?;
-            count("spurs_torn", |s| s.damage.spurs_torn)
+            let count = |names, value: fn(&Statistics) -> u32| {
+                self.put(statistics, names, |_, r| i64::from(value(&r.statistics)))
+            };
+            put(named!(py, "return"), |s| s.total_reward)?;
+            put(named!(py, "cost"), |s| s.total_cost)?;
+            count(named!(py, "length"), |s| s.length)?;
+            put(named!(py, "time"), |s| s.time)?;
+            count(named!(py, "deposited"), |s| s.deposited)?;
+            put(named!(py, "completeness"), |s| s.completeness)?;
+            count(named!(py, "branches_snapped"), |s| s.damage.branches_snapped)?;
+            count(named!(py, "fruit_dropped"), |s| s.damage.fruit_dropped)?;
+            count(named!(py, "spurs_torn"), |s| s.damage.spurs_torn)
         })?;
         let world = |k| self.env.world(k).unwrap_or_default();
-        self.put(&all, "seed", |k, _| world(k).0)?;
-        self.put(&all, "world", |k, _| i64::from(world(k).1))?;
+        self.put(&all, named!(py, "seed"), |k, _| world(k).0)?;
+        self.put(&all, named!(py, "world"), |k, _| i64::from(world(k).1))?;
         Ok(all)
     }
 
@@ -100,14 +116,14 @@ impl<'py> Info<'_, 'py> {
     fn put<T: Element + IntoPyObject<'py>>(
         &self,
         to: &Bound<'py, PyDict>,
-        name: &str,
+        names: Names<'_, 'py>,
         value: impl Fn(usize, &Report) -> T,
     ) -> PyResult<()> {
         if self.mask.is_none() {
-            return to.set_item(name, value(0, self.reports[0]));
+            return to.set_item(names[0], value(0, self.reports[0]));
         }
-        to.set_item(name, self.array(value))?;
-        self.mark(to, name)
+        to.set_item(names[0], self.array(value))?;
+        self.mark(to, names)
     }
 
     fn array<T: Element>(&self, value: impl Fn(usize, &Report) -> T) -> Bound<'py, PyArray1<T>> {
@@ -118,17 +134,17 @@ impl<'py> Info<'_, 'py> {
     fn group(
         &self,
         to: &Bound<'py, PyDict>,
-        name: &str,
+        names: Names<'_, 'py>,
         write: impl FnOnce(&Bound<'py, PyDict>) -> PyResult<()>,
     ) -> PyResult<()> {
         let group = PyDict::new(self.py);
         write(&group)?;
-        to.set_item(name, group)?;
-        self.mark(to, name)
+        to.set_item(names[0], group)?;
+        self.mark(to, names)
     }
 
     /// Puts the mask beside a value.
-    fn mark(&self, to: &Bound<'py, PyDict>, name: &str) -> PyResult<()> {
-        self.mask.map_or(Ok(()), |mask| to.set_item(format!("_{name}"), mask))
+    fn mark(&self, to: &Bound<'py, PyDict>, [_, mask]: Names<'_, 'py>) -> PyResult<()> {
+        self.mask.map_or(Ok(()), |of| to.set_item(mask, of))
     }
 }
