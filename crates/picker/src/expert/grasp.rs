@@ -127,7 +127,7 @@ impl ExpertPicker {
                 let late = robot.time - since >= self.core.config.grasp.close_time.si();
                 let closed = self.core.has_closed(steady, self.config.feel.steady_time.si(), robot);
                 // Fingers that have not begun to move yet are steady, but do not press.
-                if !(closed && self.is_pressing(robot)) && !late {
+                if !(late || closed && self.is_pressing(robot)) {
                     grasp.stage = Stage::Closing { since, width: robot.width, steady };
                 } else if self.in_hand(robot) {
                     self.core.note_grasp(robot);
