@@ -39,7 +39,11 @@ impl PickerCore {
 
     fn is_eligible(&self, track: &Track, robot: &RobotState) -> bool {
         let height = track.p_odom.z - robot.x_odom_base.translation.z;
-        self.config.scan.height.contains_si(height) && !self.blacklist.contains(&track.p_odom, robot.time)
+        let grasp = &self.config.grasp;
+        // A cup has no gap that a fruit must fit in.
+        let fits = self.arm.cup().is_some() || track.radius + grasp.clearance.si() <= grasp.opening.si();
+        fits && self.config.scan.height.contains_si(height)
+            && !self.blacklist.contains(&track.p_odom, robot.time)
     }
 
     fn nominal_standoff(&self) -> f64 {
@@ -140,6 +144,7 @@ impl PickerCore {
             config: &self.config,
             target: &target_there,
             points: &seen,
+            others: &self.others(track.id, &there),
             q_start: &self.postures.carry(),
             reach_margin: self.config.approach.reach_margin.si(),
         };
@@ -157,5 +162,34 @@ impl PickerCore {
         p_base.x.abs() <= c.body_half_x.si()
             && p_base.y.abs() <= c.body_half_y.si()
             && p_base.z <= c.body_height.si()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::PickerConfig;
+    use crate::expert::ExpertConfig;
+    use crate::record::State;
+    use orchard_perception::DetectorConfig;
+    use orchard_robot::RobotModel;
+
+    /// The expert leaves fruit that do not fit between its open fingers; a cup and the baseline try any.
+    #[test]
+    fn fruit_wider_than_the_hand_are_left() {
+        let takes = |robot: &str, config: &PickerConfig, radius: f64| {
+            let robot = RobotModel::named(robot).expect("built in");
+            let config = config.tuned(&robot).expect("in range");
+            let p_odom = Vec3::new(1.0, 0.0, 1.0);
+            let core = PickerCore::new(&robot, DetectorConfig::paper(), config, State::Scan);
+            let track = Track { id: 0, p_odom, radius, hits: 9, last_seen: 0.0, confirmed: true };
+            core.is_eligible(&track, &RobotState::still(0.0))
+        };
+        let (expert, baseline) = (ExpertConfig::preset().shared, PickerConfig::baseline());
+        let widest = expert.grasp.opening.si() - expert.grasp.clearance.si();
+        assert!(takes("ridgeback-fr3", &expert, widest - 1e-4));
+        assert!(!takes("ridgeback-fr3", &expert, widest + 1e-4));
+        assert!(takes("ridgeback-fr3", &baseline, 0.05));
+        assert!(takes("rail-xarm6-suction", &expert, 0.05));
     }
 }

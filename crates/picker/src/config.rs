@@ -214,6 +214,15 @@ section! {
         reach_margin: Quantity,
         /// Cost of a point between the second look's camera and the fruit, in points in the path.
         hiding_cost: Quantity,
+        /// Turns of the hand about its approach axis, best first.
+        rolls: Vec<Quantity>,
+        /// Open fingers: half-extent along the hand's x, and distance of their outer sides from the approach axis along its y.
+        finger_half_x: Quantity,
+        finger_outer: Quantity,
+        /// Distance from other fruit below which a finger counts as touching it.
+        brush_margin: Quantity,
+        /// Cost of another fruit that a finger touches on the approach, in points in the path.
+        brush_cost: Quantity,
         /// Cost of one radian of turning from the preferred direction, in points in the path.
         turn_cost: Quantity,
         /// Cost of one radian of the joint that moves farthest, in points in the path.
@@ -266,6 +275,8 @@ section! {
 section! {
     /// Closing the fingers.
     GraspConfig {
+        /// Least clearance of each open finger from a fruit that is tried; a target beyond it is left.
+        clearance: Quantity,
         /// Opening of each finger before.
         opening: Quantity,
         /// Largest force of each finger drive.

@@ -6,7 +6,7 @@ mod path;
 use crate::config::ArmConfig;
 use crate::motion::homing::Homing;
 use crate::motion::path::Path;
-use orchard_geometry::{Pose, Vec3};
+use orchard_geometry::{Pose, Rotation, Vec3};
 use orchard_robot::{ArmKinematics, IkTarget, JointVector, Obstacle};
 
 pub use crate::motion::homing::HomingConfig;
@@ -24,7 +24,7 @@ struct JointMove {
     time: f64,
 }
 
-/// Straight line of the TCP with fixed orientation, base frame, from rest to rest.
+/// Straight line of the TCP, base frame, from rest to rest; the hand keeps its orientation or turns about its approach axis.
 #[derive(Debug, Clone, PartialEq)]
 struct Line {
     from: Pose,
@@ -38,6 +38,23 @@ struct Line {
     branch_jump: f64,
     travelled: f64,
     speed: f64,
+    /// Turn of the hand about its approach axis so far \[rad\], its goal, and its speed [rad/s].
+    turned: f64,
+    turn: f64,
+    turn_speed: f64,
+    /// Offset from the line \[m\], its velocity [m/s] and its largest length \[m\].
+    aside: Vec3,
+    drift: Vec3,
+    aside_max: f64,
+}
+
+impl Line {
+    /// Pose of the TCP at a distance travelled \[m\] and a turn \[rad\].
+    fn x_base_tcp(&self, travelled: f64, turned: f64) -> Pose {
+        let p = self.from.translation.vector + self.direction * travelled + self.aside;
+        let turn = Rotation::from_axis_angle(&Vec3::z_axis(), turned);
+        Pose::from_parts(p.into(), self.from.rotation * turn)
+    }
 }
 
 /// A posture to pass, with the distance at which it counts as passed.
@@ -146,6 +163,12 @@ impl ArmMotion {
             branch_jump: config.branch_jump.si(),
             travelled: 0.0,
             speed: 0.0,
+            turned: 0.0,
+            turn: 0.0,
+            turn_speed: 0.0,
+            aside: Vec3::zeros(),
+            drift: Vec3::zeros(),
+            aside_max: 0.0,
         });
     }
 
@@ -156,11 +179,51 @@ impl ArmMotion {
         }
     }
 
-    /// Changes the speed of the present line.
+    /// Changes the speed of the present line; below 0 the hand goes back on it.
     pub fn set_line_speed(&mut self, speed: f64) {
         if let Course::Line(line) = &mut self.course {
             line.speed_max = speed;
         }
+    }
+
+    /// Lets the hand drift off the present line at a velocity [m/s], base frame, up to a distance \[m\].
+    pub fn drift_off_line(&mut self, velocity: Vec3, aside_max: f64) {
+        if let Course::Line(line) = &mut self.course {
+            (line.drift, line.aside_max) = (velocity, aside_max);
+        }
+    }
+
+    /// Turns the hand about its approach axis on the present line by as much as the arm can, at most `most` \[rad\], to the side that leaves
+    /// it more room.
+    pub fn turn_on_line(&mut self, arm: &ArmKinematics, most: f64, speed: f64) {
+        let Course::Line(line) = &mut self.course else { return };
+        let room = |side: f64| {
+            let (mut q, mut turned) = (self.q, 0.0);
+            while turned < most {
+                let next = (turned + line.branch_jump).min(most);
+                let x = line.x_base_tcp(line.travelled, line.turned + side * next);
+                match arm.solve_near(&IkTarget::Pose(x), &q) {
+                    Ok(q_next) => (q, turned) = (q_next, next),
+                    Err(_) => break,
+                }
+            }
+            turned
+        };
+        let [left, right] = [room(1.0), room(-1.0)];
+        line.turn = line.turned + if left >= right { left } else { -right };
+        line.turn_speed = speed;
+    }
+
+    /// Ends the turn of the hand on the present line.
+    pub fn stop_turn(&mut self) {
+        if let Course::Line(line) = &mut self.course {
+            line.turn = line.turned;
+        }
+    }
+
+    /// True if the hand still turns on the present line.
+    pub fn is_turning(&self) -> bool {
+        matches!(&self.course, Course::Line(line) if line.turned != line.turn)
     }
 
     /// Starts a motion through way-points, the last of which is the goal; it takes over the velocity of a present path.
@@ -238,11 +301,19 @@ impl ArmMotion {
                 let braking = (2.0 * line.acceleration * left.max(0.0)).sqrt();
                 line.speed = (line.speed + line.acceleration * dt).min(line.speed_max).min(braking);
                 // By the braking law alone the hand would never reach the end.
-                let step = (line.speed * dt).max(line.speed_max * dt * line.creep).min(left);
+                let step = if line.speed_max < 0.0 {
+                    (line.speed_max * dt).max(-line.travelled)
+                } else {
+                    (line.speed * dt).max(line.speed_max * dt * line.creep).min(left)
+                };
                 line.travelled += step;
+                let aside = line.aside + line.drift * dt;
+                line.aside =
+                    aside * (line.aside_max / aside.norm().max(line.aside_max).max(f64::MIN_POSITIVE));
+                let turn_step = line.turn_speed * dt;
+                line.turned += (line.turn - line.turned).clamp(-turn_step, turn_step);
                 let over = line.travelled >= line.length;
-                let p = line.from.translation.vector + line.direction * line.travelled;
-                let target = IkTarget::Pose(Pose::from_parts(p.into(), line.from.rotation));
+                let target = IkTarget::Pose(line.x_base_tcp(line.travelled, line.turned));
                 match arm.solve_near(&target, &self.q) {
                     Ok(q) if (q - self.q).amax() <= line.branch_jump => {
                         self.q = q;
@@ -270,6 +341,80 @@ fn stopping_speed(a: f64, distance: f64, dt: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::config::PickerConfig;
+    use orchard_robot::RobotModel;
+
+    const DT: f64 = 1.0 / 60.0;
+
+    /// A line of 0.3 m upwards from the home posture.
+    fn line(arm: &ArmKinematics) -> ArmMotion {
+        let mut motion = ArmMotion::new(arm.home());
+        motion.go_straight(arm, Vec3::z(), 0.3, 0.1, &PickerConfig::baseline().arm);
+        motion
+    }
+
+    /// The hand turns about its approach axis while it goes on straight, as far as it is told, to the side where the last joint has more room.
+    #[test]
+    fn the_hand_turns_on_a_line() {
+        let robot = RobotModel::paper();
+        let arm = robot.kinematics();
+        let start = arm.tcp(&arm.home());
+        for (offset, side) in [(-2.0, 1.0), (2.0, -1.0)] {
+            let mut home = arm.home();
+            home[6] = 0.5 * (arm.limits()[6].lower + arm.limits()[6].upper) + offset;
+            let mut motion = ArmMotion::new(home);
+            let from = arm.tcp(&home);
+            motion.go_straight(arm, Vec3::z(), 0.3, 0.1, &PickerConfig::baseline().arm);
+            motion.turn_on_line(arm, 2.6, 2.0);
+            assert!(motion.is_turning());
+            for _ in 0..90 {
+                motion.advance(arm, DT);
+            }
+            assert!(!motion.is_turning());
+            let x = arm.tcp(motion.q());
+            let turn = (from.rotation.inverse() * x.rotation).scaled_axis();
+            assert!((turn - Vec3::z() * (side * 2.6)).norm() < 0.02, "{turn}");
+            let way = x.translation.vector - from.translation.vector;
+            assert!((way - Vec3::z() * way.z).norm() < 3e-3 && way.z > 0.1, "{way}");
+        }
+        // A turn that is ended stays as it is.
+        let mut motion = line(arm);
+        motion.turn_on_line(arm, 1.0, 2.0);
+        motion.advance(arm, DT);
+        motion.stop_turn();
+        for _ in 0..30 {
+            motion.advance(arm, DT);
+        }
+        let turned = start.rotation.angle_to(&arm.tcp(motion.q()).rotation);
+        assert!(!motion.is_turning() && (turned - 2.0 * DT).abs() < 0.01, "{turned}");
+    }
+
+    /// A hand that gives way leaves the line by at most the distance that it may; at a speed below 0 it goes back, no farther than to the start.
+    #[test]
+    fn the_hand_gives_way_on_a_line() {
+        let robot = RobotModel::paper();
+        let arm = robot.kinematics();
+        let start = arm.tcp(&arm.home()).translation.vector;
+        let mut motion = line(arm);
+        motion.drift_off_line(Vec3::y() * 0.05, 0.04);
+        for _ in 0..30 {
+            motion.advance(arm, DT);
+        }
+        let off = arm.tcp(motion.q()).translation.vector - start;
+        assert!((off.y - 0.025).abs() < 2e-3 && off.z > 0.03, "{off}");
+        for _ in 0..60 {
+            motion.advance(arm, DT);
+        }
+        assert!((arm.tcp(motion.q()).translation.vector.y - start.y - 0.04).abs() < 2e-3);
+        motion.drift_off_line(Vec3::zeros(), 0.04);
+        motion.set_line_speed(-0.1);
+        for _ in 0..120 {
+            motion.advance(arm, DT);
+        }
+        assert_eq!(motion.travelled(), Some(0.0));
+        let off = arm.tcp(motion.q()).translation.vector - start;
+        assert!((off - Vec3::y() * 0.04).norm() < 2e-3, "{off}");
+    }
 
     /// Braking by `a dt` a frame from the stopping speed covers the distance.
     #[test]

@@ -10,9 +10,9 @@ use crate::postures::Postures;
 use crate::record::{AttemptEnd, AttemptId, Event, Record, State};
 use crate::robot_state::{Memory, RobotState};
 use crate::task::AssignedTask;
-use orchard_geometry::{Intrinsics, Vec3, inverse_transform};
+use orchard_geometry::{Intrinsics, Pose, Vec3, inverse_transform};
 use orchard_perception::DetectorConfig;
-use orchard_robot::{ArmKinematics, Command, JointValues, JointVector, Observation, RobotModel};
+use orchard_robot::{ArmKinematics, Command, JointValues, JointVector, Observation, RobotModel, Wrench};
 
 /// Sensing, belief and set points of a picker; its state machine makes the decisions.
 #[derive(Debug, Clone)]
@@ -249,12 +249,12 @@ impl PickerCore {
 
     /// Commands the fingers to open, or the cup to vent.
     pub fn open_fingers(&mut self) {
-        self.open_by(self.config.grasp.opening.si());
+        self.open_by(self.config.grasp.opening.si(), self.config.grasp.force.si());
     }
 
-    /// Commands the fingers to an opening \[m\], or the cup to vent.
-    pub fn open_by(&mut self, opening: f64) {
-        self.fingers = Fingers { opening, force: self.config.grasp.force.si(), vacuum: 0.0 };
+    /// Commands the fingers to an opening \[m\] with at most a force \[N\], or the cup to vent.
+    pub fn open_by(&mut self, opening: f64, force: f64) {
+        self.fingers = Fingers { opening, force, vacuum: 0.0 };
     }
 
     /// True if the fingers are open, or the cup is not sealed.
@@ -268,11 +268,16 @@ impl PickerCore {
 
     /// Force that the hand exerts at the TCP \[N\], base axes.
     pub fn tcp_force(&self, robot: &RobotState) -> Vec3 {
+        self.tcp_load(robot).force
+    }
+
+    /// Load that the hand puts on its surroundings at the TCP, base axes.
+    pub fn tcp_load(&self, robot: &RobotState) -> Wrench {
         let gravity = Vec3::new(0.0, 0.0, -self.config.pull.gravity.si());
         let RobotState { q, v, a, torque, .. } = robot;
         match self.config.sensors.base_motion {
-            true => self.arm.tcp_force_on_moving_base(q, v, a, torque, &robot.base_motion(), &gravity),
-            false => self.arm.tcp_force(q, a, torque, &gravity),
+            true => self.arm.tcp_load_on_moving_base(q, v, a, torque, &robot.base_motion(), &gravity),
+            false => self.arm.tcp_load(q, a, torque, &gravity),
         }
     }
 
@@ -294,10 +299,16 @@ impl PickerCore {
         Some(GraspPlan { q_look, ..plan.clone() })
     }
 
-    /// Makes a search for approaches to a target (base frame) from the arm's commanded posture.
-    pub fn search<'a>(&'a self, target: &'a Target, points: &'a [Vec3]) -> Search<'a> {
+    /// Known fruit other than a track, in the frame of a base at this pose.
+    pub fn others(&self, track: u32, x_odom_base: &Pose) -> Vec<Target> {
+        let others = self.perception.tracker.confirmed().filter(|t| t.id != track);
+        others.map(|t| Target { p: inverse_transform(x_odom_base, &t.p_odom), radius: t.radius }).collect()
+    }
+
+    /// Makes a search for approaches to a target (base frame) from the arm's commanded posture, past points and other fruit.
+    pub fn search<'a>(&'a self, target: &'a Target, points: &'a [Vec3], others: &'a [Target]) -> Search<'a> {
         let (arm, config, q_start) = (&self.arm, &self.config, self.motion.q());
-        Search { arm, config, target, points, q_start, reach_margin: 0.0 }
+        Search { arm, config, target, points, others, q_start, reach_margin: 0.0 }
     }
 
     /// Starts an attempt.
@@ -389,22 +400,11 @@ mod tests {
         let (q, change) = (core.arm.home(), 0.8);
         let felt = Vec3::new(0.0, -change, -core.config.pull.gravity.si());
         let robot = RobotState {
-            time: 1.0,
             dt: 1.0 / 60.0,
             q,
-            v: JointVector::zeros(),
-            a: JointVector::zeros(),
             torque: core.arm.gravity_torque(&q, &felt),
-            width: 0.0,
-            finger_q: [0.0; 2],
-            finger_force: [0.0; 2],
-            vacuum: 0.0,
-            x_odom_base: orchard_geometry::Pose::identity(),
-            base_pose: [0.0; 3],
-            base_speed: 0.0,
-            turn_speed: 0.0,
-            base_velocity: [0.0; 3],
             base_acceleration: [0.0, change, 0.0],
+            ..RobotState::still(1.0)
         };
         assert!(core.tcp_force(&robot).norm() < 1e-6, "{}", core.tcp_force(&robot));
         core.config.sensors.base_motion = false;

@@ -106,6 +106,8 @@ pub(crate) struct Search<'a> {
     pub target: &'a Target,
     /// Points that the camera saw.
     pub points: &'a [Vec3],
+    /// Other fruit that it knows.
+    pub others: &'a [Target],
     /// Posture from which the arm starts.
     pub q_start: &'a JointVector,
     /// Distance beyond the grasp that the arm must be able to reach \[m\].
@@ -128,15 +130,19 @@ impl Search<'_> {
         let mut approaches = Vec::with_capacity(c.elevations.len() * c.azimuths.len());
         for elevation in &c.elevations {
             for azimuth in &c.azimuths {
-                let rotation = hand_rotation(elevation.si(), straight + azimuth.si());
-                if !is_allowed(&(rotation * Vec3::z())) {
+                let level = hand_rotation(elevation.si(), straight + azimuth.si());
+                if !is_allowed(&(level * Vec3::z())) {
                     continue;
                 }
                 let first = c.elevations[0].si();
-                let turn = (elevation.si() - first).abs() + azimuth.si().abs();
-                let [met, hiding] = self.in_the_way(&near, &rotation);
-                let cost = met as f64 + c.hiding_cost.si() * hiding as f64 + c.turn_cost.si() * turn;
-                approaches.push((cost, met, rotation));
+                for roll in &c.rolls {
+                    let rotation = level * Rotation::from_axis_angle(&Vec3::z_axis(), roll.si());
+                    let turn = (elevation.si() - first).abs() + azimuth.si().abs() + roll.si().abs();
+                    let [met, hiding] = self.in_the_way(&near, &rotation);
+                    let brushed = self.brushed(&rotation) as f64;
+                    let cost = met as f64 + c.hiding_cost.si() * hiding as f64 + c.turn_cost.si() * turn;
+                    approaches.push((cost + c.brush_cost.si() * brushed, met, rotation));
+                }
             }
         }
         approaches.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -158,6 +164,18 @@ impl Search<'_> {
         self.points.iter().filter(is_near).copied().collect()
     }
 
+    /// Number of other fruit that the open fingers touch on the straight approach; a cup has no fingers.
+    fn brushed(&self, rotation: &Rotation) -> usize {
+        if self.arm.cup().is_some() {
+            return 0;
+        }
+        let depth = grasp_depth(self.arm, self.target.radius, self.config);
+        let x_grasp = before(self.target, rotation, -depth);
+        let touches =
+            |other: &&Target| brushes(&inverse_transform(&x_grasp, &other.p), other.radius, self.config);
+        self.others.iter().filter(touches).count()
+    }
+
     /// Numbers of points in the path of the hand and in the line of sight of the second look.
     fn in_the_way(&self, near: &[Vec3], rotation: &Rotation) -> [usize; 2] {
         let (target, c) = (self.target, &self.config.approach);
@@ -168,6 +186,19 @@ impl Search<'_> {
         let hiding = near.iter().filter(|p| is_before(p, &p_camera, target)).count();
         [met, hiding]
     }
+}
+
+/// True if a fruit of this radius \[m\] at a point of the TCP's frame at the grasp comes too near to the volume that the open fingers sweep on their
+/// straight way there.
+fn brushes(p_tcp: &Vec3, radius: f64, config: &PickerConfig) -> bool {
+    let c = &config.approach;
+    let beyond = |x: f64, low: f64, high: f64| (low - x).max(x - high).max(0.0);
+    let off = Vec3::new(
+        beyond(p_tcp.x.abs(), 0.0, c.finger_half_x.si()),
+        beyond(p_tcp.y.abs(), config.grasp.opening.si(), c.finger_outer.si()),
+        beyond(p_tcp.z, f64::NEG_INFINITY, c.sweep_tip.si()),
+    );
+    off.norm() < radius + c.brush_margin.si()
 }
 
 /// True if a point lies in the cone from the camera to the fruit, in front of the fruit.
@@ -223,7 +254,7 @@ mod tests {
         points: &'a [Vec3],
         q_start: &'a JointVector,
     ) -> Search<'a> {
-        Search { arm, config, target: &TARGET, points, q_start, reach_margin: 0.0 }
+        Search { arm, config, target: &TARGET, points, others: &[], q_start, reach_margin: 0.0 }
     }
 
     /// Points in the line of sight of the second look, but beside the hand's path, change the choice to a direction from which the fruit is
@@ -246,6 +277,38 @@ mod tests {
         config.approach.hiding_cost = config.approach.hiding_cost.with_value(0.0).expect("in range");
         let careless = search(arm, &config, &points, &q).best().expect("within reach");
         assert_eq!(careless.direction(), free.direction());
+    }
+
+    /// Fruit left and right of the target turn the hand about its approach axis, so that the open fingers pass them; at cost 0, or unknown, they do not.
+    #[test]
+    fn the_hand_rolls_past_neighbours() {
+        let (robot, expert) = (RobotModel::paper(), ExpertConfig::preset());
+        let (arm, mut config) = (robot.kinematics(), expert.shared);
+        let q = arm.home();
+        let others = [0.07, -0.07].map(|y| Target { p: TARGET.p + Vec3::y() * y, radius: 0.03 });
+        let best = |config: &PickerConfig, others: &[Target]| {
+            let search = Search { others, ..search(arm, config, &[], &q) };
+            let plan = search.best().expect("within reach");
+            (search.brushed(&plan.rotation), (plan.rotation * Vec3::y()).z.abs())
+        };
+        let (brushed, tilt) = best(&config, &others);
+        assert!(brushed == 0 && tilt > 0.5, "{brushed} {tilt}");
+        assert!(best(&config, &[]).1 < 1e-9);
+        config.approach.brush_cost = config.approach.brush_cost.with_value(0.0).expect("in range");
+        let (brushed, tilt) = best(&config, &others);
+        assert!(brushed > 0 && tilt < 1e-9, "{brushed} {tilt}");
+    }
+
+    /// A finger lies from the gap's half to its outer side, and behind its tip; the fruit between the fingers is clear of both.
+    #[test]
+    fn fingers_touch_what_lies_beside_them() {
+        let config = ExpertConfig::preset().shared;
+        let (gap, tip) = (config.grasp.opening.si(), config.approach.sweep_tip.si());
+        let clear = 0.01 + config.approach.brush_margin.si();
+        let at = |y: f64, z: f64| brushes(&Vec3::new(0.0, y, z), 0.01, &config);
+        assert!(!at(0.0, 0.0) && at(gap, 0.0) && at(-gap, -0.3));
+        assert!(at(gap - clear + 1e-4, 0.0) && !at(gap - clear - 1e-4, 0.0));
+        assert!(at(gap, tip + clear - 1e-4) && !at(gap, tip + clear + 1e-4));
     }
 
     /// Points on the path of the hand count, each once; points beside and behind it do not.

@@ -73,6 +73,29 @@ impl RobotState {
         })
     }
 
+    /// A robot that stands still at the origin, its hand closed on nothing.
+    #[cfg(test)]
+    pub fn still(time: f64) -> Self {
+        Self {
+            time,
+            dt: 0.0,
+            q: JointVector::zeros(),
+            v: JointVector::zeros(),
+            a: JointVector::zeros(),
+            torque: JointVector::zeros(),
+            width: 0.0,
+            finger_q: [0.0; 2],
+            finger_force: [0.0; 2],
+            vacuum: 0.0,
+            x_odom_base: Pose::identity(),
+            base_pose: [0.0; 3],
+            base_speed: 0.0,
+            turn_speed: 0.0,
+            base_velocity: [0.0; 3],
+            base_acceleration: [0.0; 3],
+        }
+    }
+
     /// Adds the mean accelerations since the state of the last frame.
     pub fn accelerate_from(&mut self, last: &Self) {
         if self.dt > 0.0 {
@@ -140,38 +163,17 @@ mod tests {
     use crate::config::PickerConfig;
     use orchard_geometry::Rotation;
 
-    fn state(time: f64) -> RobotState {
-        RobotState {
-            time,
-            dt: 0.0,
-            q: JointVector::zeros(),
-            v: JointVector::zeros(),
-            a: JointVector::zeros(),
-            torque: JointVector::zeros(),
-            width: 0.0,
-            finger_q: [0.0; 2],
-            finger_force: [0.0; 2],
-            vacuum: 0.0,
-            x_odom_base: Pose::identity(),
-            base_pose: [0.0; 3],
-            base_speed: 0.0,
-            turn_speed: 0.0,
-            base_velocity: [0.0; 3],
-            base_acceleration: [0.0; 3],
-        }
-    }
-
     /// Accelerations are differences of the sensed velocities; a base that is turned to the left sees one along odom's x to its right.
     #[test]
     fn accelerations_follow_from_two_states() {
-        let last = RobotState { base_velocity: [0.1, 0.0, 0.2], ..state(0.0) };
+        let last = RobotState { base_velocity: [0.1, 0.0, 0.2], ..RobotState::still(0.0) };
         let turn = Rotation::from_axis_angle(&Vec3::z_axis(), std::f64::consts::FRAC_PI_2);
         let mut now = RobotState {
             dt: 0.5,
             v: JointVector::from_element(2.0),
             base_velocity: [0.6, 0.0, 0.3],
             x_odom_base: Pose::from_parts(Vec3::zeros().into(), turn),
-            ..state(0.5)
+            ..RobotState::still(0.5)
         };
         now.accelerate_from(&last);
         assert_eq!(now.a, JointVector::from_element(4.0));
@@ -194,7 +196,7 @@ mod tests {
         assert_eq!(memory.at(0.0), None);
         let frame = 1.0 / 60.0;
         for k in 0..600 {
-            memory.keep(&state(f64::from(k) * frame));
+            memory.keep(&RobotState::still(f64::from(k) * frame));
         }
         let now = 599.0 * frame;
         let time = |at: f64| memory.at(at).map(|state| state.time);
@@ -207,7 +209,7 @@ mod tests {
         assert_eq!(time(f64::NAN), None);
         assert!(memory.states.len() as f64 <= span / frame + 1.0);
         // A clock that jumps back leaves nothing of the future.
-        memory.keep(&state(1.0));
+        memory.keep(&RobotState::still(1.0));
         assert_eq!(memory.states.len(), 1);
     }
 }

@@ -7,7 +7,7 @@ use crate::finger::{ChainJoint, Opening, joined};
 use crate::joint_values::{JointValues, MAX_ARM_DOF};
 use crate::parameters::{IkParameters, QpParameters};
 use orchard_geometry::{Aabb, Pose, Shape, Vec3};
-use orchard_multibody::SpatialInertia;
+use orchard_multibody::{SpatialInertia, Wrench};
 
 pub use crate::chain::{BaseMotion, Jacobian};
 pub use crate::joint_values::JointVector;
@@ -140,16 +140,15 @@ impl ArmKinematics {
         self.mounts.x_wrist_tcp.inverse() * self.mounts.x_wrist_hand
     }
 
-    /// Force that the hand exerts on its surroundings at the TCP \[N\], base axes. It is the force part of the least-squares wrench that
-    /// explains the measured torques [N m] less those for gravity [m/s2] and for the joint accelerations `a` [rad/s2]. Velocity
-    /// products and the base's acceleration are left out.
-    pub fn tcp_force(&self, q: &JointVector, a: &JointVector, torque: &JointVector, gravity: &Vec3) -> Vec3 {
-        self.force_of(q, &(torque - self.gravity_torque(q, gravity) - self.inertial_torque(q, a)))
+    /// Load that the hand puts on its surroundings at the TCP, base axes: the least-squares wrench that explains the measured torques [N m] less those
+    /// for gravity [m/s2] and for the joint accelerations `a` [rad/s2]. Velocity products and the base's acceleration are left out.
+    pub fn tcp_load(&self, q: &JointVector, a: &JointVector, torque: &JointVector, gravity: &Vec3) -> Wrench {
+        self.load_of(q, &(torque - self.gravity_torque(q, gravity) - self.inertial_torque(q, a)))
     }
 
-    /// Force that the hand exerts on its surroundings at the TCP \[N\], base axes, as [`Self::tcp_force`] of an arm on a moving base. The
-    /// torques for velocity products and for the motion of the base are taken off as well; `v` are the joint velocities [rad/s].
-    pub fn tcp_force_on_moving_base(
+    /// Load that the hand puts on its surroundings at the TCP, base axes, as [`Self::tcp_load`] of an arm on a moving base. The torques for velocity
+    /// products and for the motion of the base are taken off as well; `v` are the joint velocities [rad/s].
+    pub fn tcp_load_on_moving_base(
         &self,
         q: &JointVector,
         v: &JointVector,
@@ -157,18 +156,18 @@ impl ArmKinematics {
         torque: &JointVector,
         base: &BaseMotion,
         gravity: &Vec3,
-    ) -> Vec3 {
-        self.force_of(q, &(torque - self.chain.motion_torque(q, v, a, base, gravity)))
+    ) -> Wrench {
+        self.load_of(q, &(torque - self.chain.motion_torque(q, v, a, base, gravity)))
     }
 
-    /// Force part \[N\] of the least-squares wrench at the TCP that explains joint torques [N m].
-    fn force_of(&self, q: &JointVector, torque: &JointVector) -> Vec3 {
+    /// Least-squares wrench at the TCP that explains joint torques [N m]; none where the arm is singular.
+    fn load_of(&self, q: &JointVector, torque: &JointVector) -> Wrench {
         let jacobian = self.jacobian(q);
         let gram = jacobian * jacobian.transpose();
-        match gram.cholesky() {
-            Some(factor) => factor.solve(&(jacobian * torque)).fixed_rows::<3>(3).into_owned(),
-            None => Vec3::zeros(),
-        }
+        let Some(factor) = gram.cholesky() else { return Wrench::ZERO };
+        let wrench = factor.solve(&(jacobian * torque));
+        let part = |row| Vec3::new(wrench[row], wrench[row + 1], wrench[row + 2]);
+        Wrench { torque: part(0), force: part(3) }
     }
 
     /// The suction cup; `None` for a hand with fingers.

@@ -60,6 +60,7 @@ pub use joint_values::{JointValues, MAX_ARM_DOF, TooManyJoints};
 pub use mesh::MeshFacts;
 pub use model::RobotModel;
 pub use observe::observe;
+pub use orchard_multibody::Wrench;
 pub use outline::outline;
 pub use pictures::{PictureRequest, Pictures};
 pub use qp::{Obstacle, QpGoal, QpState, QpStatus, QpStep, QpTask};

@@ -60,7 +60,7 @@ impl BaselinePicker {
         let (Some(target), points) = (self.core.target_base(robot), self.core.points_base(robot)) else {
             return Next::Fail(FailureReason::Unreachable);
         };
-        let search = Search { q_start: &carry, ..self.core.search(&target, &points) };
+        let search = Search { q_start: &carry, ..self.core.search(&target, &points, &[]) };
         let Some(plan) = search.best() else {
             return Next::Fail(FailureReason::Unreachable);
         };
@@ -131,7 +131,7 @@ impl BaselinePicker {
         };
         let points = self.core.points_base(robot);
         let same = self.core.corrected_plan(robot, self.core.motion.q());
-        let Some(chosen) = same.or_else(|| self.core.search(&target, &points).best()) else {
+        let Some(chosen) = same.or_else(|| self.core.search(&target, &points, &[]).best()) else {
             return Next::Fail(FailureReason::GraspUnreachable);
         };
         self.core.motion.go(chosen.q_look, &self.core.config.arm, 1.0);

@@ -53,7 +53,7 @@ impl BaselinePicker {
         if self.core.elapsed(robot) > rules.timeout.si() {
             return Next::Fail(FailureReason::GraspStalled);
         }
-        self.core.open_by(rules.opening.si());
+        self.core.open_by(rules.opening.si(), self.core.config.grasp.force.si());
         match (push, compliance) {
             (Push::Entering, _) if self.core.arm_stalled() => Next::Fail(FailureReason::ReachStalled),
             (Push::Entering, _) if !self.core.arm_arrived(robot) => stay(Push::Entering),

@@ -82,11 +82,12 @@ impl ExpertPicker {
     /// the look posture.
     fn unfold(&mut self, goal: &BaseGoal, robot: &RobotState) {
         let there = goal.pose(robot.x_odom_base.translation.z);
-        let Some(attempt) = &mut self.core.attempt else { return };
+        let Some(attempt) = &self.core.attempt else { return };
         let target =
             Target { p: inverse_transform(&there, &attempt.target.p), radius: attempt.target.radius };
         let points: Vec<Vec3> = self.core.perception.points().map(|p| inverse_transform(&there, p)).collect();
-        let plan = self.clearest_approach(&target, &points, |_| true);
+        let others = self.core.others(attempt.track, &there);
+        let plan = self.clearest_approach(&target, &points, &others, |_| true);
         if let (Some(plan), Some(attempt)) = (plan, &mut self.core.attempt) {
             attempt.plan = plan;
         }
@@ -101,9 +102,10 @@ impl ExpertPicker {
         &self,
         target: &Target,
         points: &[Vec3],
+        others: &[Target],
         is_allowed: impl Fn(&Vec3) -> bool,
     ) -> Option<GraspPlan> {
-        let search = self.core.search(target, points);
+        let search = self.core.search(target, points, others);
         let swing_cost = self.config.unfold.swing_cost.si();
         let mut approaches = search.approaches(is_allowed);
         for approach in &mut approaches {
@@ -132,7 +134,10 @@ impl ExpertPicker {
     ) -> bool {
         let Some(target) = self.core.target_base(robot) else { return false };
         let points = self.core.points_base(robot);
-        self.clearest_approach(&target, &points, is_allowed).is_some_and(|plan| self.look_from(plan, caution))
+        let track = self.core.attempt.as_ref().map_or(u32::MAX, |a| a.track);
+        let others = self.core.others(track, &robot.x_odom_base);
+        self.clearest_approach(&target, &points, &others, is_allowed)
+            .is_some_and(|plan| self.look_from(plan, caution))
     }
 
     /// Changes to another direction than the one in which wood stopped the hand or leaves hid the fruit.

@@ -21,6 +21,8 @@ section! {
         homing: HomingConfig,
         /// Contact sensing by fingers and arm.
         feel: FeelConfig,
+        /// Loading of the stem by the pull.
+        load: LoadConfig,
         /// Leaving the canopy with the fruit.
         leave: LeaveConfig,
         /// Placing in the bucket.
@@ -87,6 +89,42 @@ section! {
 }
 
 section! {
+    /// Loading of the stem by the pull.
+    LoadConfig {
+        /// Pull that the hand allows itself from the start.
+        brisk: Quantity,
+        /// Rise of the allowed pull.
+        rate: Quantity,
+        /// Shortfall from the allowed pull at which the hand withdraws at full speed; it slows down in proportion.
+        band: Quantity,
+        /// Lead of the allowed pull over the pull up to which it rises.
+        lead: Quantity,
+        /// Share of its speed at which the hand, at the largest pull, gives a stem up.
+        last_share: Quantity,
+        /// Force across the pull at which the hand gives way aside at its full speed; it gives way in proportion.
+        give_force: Quantity,
+        /// Largest way aside.
+        give_most: Quantity,
+        /// Pull at which the hand twists the fruit.
+        twist_at: Quantity,
+        /// Largest pull: a stem that bears it and the twist is too strong.
+        most: Quantity,
+        /// Largest twist.
+        turn: Quantity,
+        /// Speed of the twist.
+        turn_speed: Quantity,
+        /// Torque about the approach axis at which the twist ends: the fruit does not turn with the hand.
+        torque_max: Quantity,
+        /// Squeeze of each finger for a pull, as a share of it; never less than `grasp.force`.
+        squeeze: Quantity,
+        /// Largest squeeze of each finger, also that after a slip.
+        squeeze_most: Quantity,
+        /// Loss of the gap's width that means that the fruit slips.
+        slip: Quantity,
+    }
+}
+
+section! {
     /// Leaving the canopy with the fruit.
     LeaveConfig {
         /// Distance of the straight withdrawal before the arm swings.
@@ -109,6 +147,10 @@ section! {
         above: Quantity,
         /// Height of the TCP above the ground where the first layer is let go.
         release: Quantity,
+        /// Speed of the way down.
+        speed: Quantity,
+        /// Squeeze of each finger on the way down.
+        hold: Quantity,
         /// Downward force at which the fruit counts as landed.
         touch: Quantity,
         /// Height of a layer: each further layer is let go this much higher.
@@ -119,10 +161,11 @@ section! {
         across: Vec<Quantity>,
         /// Largest number of layers.
         layers: Count,
-        /// Joint error at which the fingers may open.
+        /// Joint error over the rim at which the hand may go down.
         arrived: Quantity,
-        /// Opening of each finger.
+        /// Way by which each finger opens, and the largest force of it meanwhile.
         opening: Quantity,
+        force: Quantity,
         /// Joint distance at which the posture over the rim counts as passed.
         blend: Quantity,
         /// Time for the fruit to leave the fingers.

@@ -125,7 +125,9 @@ impl ExpertPicker {
                 let is_steady = (robot.width - width).abs() <= self.core.config.grasp.steady_width.si();
                 let steady = if is_steady { steady + robot.dt } else { 0.0 };
                 let late = robot.time - since >= self.core.config.grasp.close_time.si();
-                if !self.core.has_closed(steady, self.config.feel.steady_time.si(), robot) && !late {
+                let closed = self.core.has_closed(steady, self.config.feel.steady_time.si(), robot);
+                // Fingers that have not begun to move yet are steady, but do not press.
+                if !(late || closed && self.is_pressing(robot)) {
                     grasp.stage = Stage::Closing { since, width: robot.width, steady };
                 } else if self.in_hand(robot) {
                     self.core.note_grasp(robot);
@@ -156,8 +158,13 @@ impl ExpertPicker {
         if self.core.arm.cup().is_some() {
             return self.core.holds_fruit(robot);
         }
+        self.core.holds_fruit(robot) && self.is_pressing(robot)
+    }
+
+    /// True if both fingers press, on the fruit or on each other; always true of a cup.
+    fn is_pressing(&self, robot: &RobotState) -> bool {
         let pressed = self.config.feel.squeeze.si() * self.core.fingers.force;
-        self.core.holds_fruit(robot) && robot.finger_force.iter().all(|f| f.abs() >= pressed)
+        self.core.arm.cup().is_some() || robot.finger_force.iter().all(|f| f.abs() >= pressed)
     }
 
     fn advance(&mut self, mut grasp: Grasp, robot: &RobotState) -> Next {
@@ -261,5 +268,35 @@ impl ExpertPicker {
         self.core.motion.go_straight(&self.core.arm, direction, distance, speed, &self.core.config.arm);
         // A branch that presses on the hand would break within a few frames.
         self.core.motion.set_line_acceleration(self.config.leave.acceleration.si());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::expert::ExpertConfig;
+    use orchard_perception::DetectorConfig;
+    use orchard_robot::RobotModel;
+
+    /// Fingers whose command is still under way are steady; the hand waits for them until they press, or until they are late.
+    #[test]
+    fn fingers_that_have_not_moved_are_waited_for() {
+        let robot = RobotModel::paper();
+        let mut picker = ExpertPicker::new(&robot, DetectorConfig::paper(), ExpertConfig::preset());
+        picker.core.close_hand();
+        let force = picker.core.fingers.force;
+        let mut closes = |time: f64, width: f64, finger_force: f64| {
+            let steady = picker.config.feel.steady_time.si();
+            let closing = Stage::Closing { since: 0.0, width, steady };
+            let grasp = Grasp { stage: closing, ..Grasp::homing(Views::new(), 0) };
+            let felt = RobotState { width, finger_force: [finger_force; 2], ..RobotState::still(time) };
+            !matches!(
+                picker.grasp(grasp, &felt),
+                Next::Stay(Phase::Grasp(Grasp { stage: Stage::Closing { .. }, .. }), _)
+            )
+        };
+        assert!(!closes(0.1, 0.08, 0.0));
+        assert!(closes(0.1, 0.06, -force));
+        assert!(closes(1.0, 0.08, 0.0));
     }
 }

@@ -6,7 +6,7 @@ use crate::motion::WayPoint;
 use crate::picker_core::STILL;
 use crate::record::{AttemptEnd, FailureReason};
 use crate::robot_state::RobotState;
-use orchard_geometry::math;
+use orchard_geometry::{Vec3, math};
 use orchard_robot::JointVector;
 
 /// Memory of the deposit state.
@@ -25,8 +25,10 @@ pub(crate) struct Deposit {
 enum Stage {
     /// Moving straight out of the canopy.
     Leaving,
-    /// Swinging above the bucket and lowering.
+    /// Swinging above the bucket.
     Swinging,
+    /// Going straight down until the fruit lands.
+    Lowering,
     /// Fingers opening since a time \[s\].
     Opening { since: f64 },
 }
@@ -63,12 +65,17 @@ impl ExpertPicker {
         if self.core.elapsed(robot) > self.core.config.timeout.transport.si() {
             return Next::Fail(FailureReason::MissedBucket);
         }
-        let weight = self.core.config.pull.tension_weight.si();
+        let weight = self.config.feel.touch_weight.si();
         deposit.press -= (self.core.tcp_force(robot).z + deposit.press) * weight;
-        if deposit.stage == Stage::Swinging && self.landed(&deposit, [&above, &low], robot) {
-            // Stops the hand from pressing on the pile.
-            self.core.yield_arm(robot);
-            return self.let_go(deposit, velocity, robot);
+        if deposit.stage == Stage::Lowering {
+            let landed = deposit.press > self.config.place.touch.si() || self.core.arm_stalled();
+            if landed {
+                // Stops the hand from pressing on the pile.
+                self.core.yield_arm(robot);
+            }
+            if landed || self.core.motion.is_over() {
+                return self.let_go(deposit, velocity, robot);
+            }
         }
         if self.core.arm_stalled() {
             return Next::Fail(FailureReason::Blocked);
@@ -76,28 +83,30 @@ impl ExpertPicker {
         if deposit.stage == Stage::Leaving {
             deposit.withdrawn = self.core.motion.travelled().unwrap_or(deposit.withdrawn);
             if self.core.motion.is_over() || deposit.withdrawn + backed >= leave.distance.si() {
-                let over = WayPoint { q: above, blend: self.config.place.blend.si() };
                 self.core.motion.stop();
-                self.swing_through([self.by_carry(), over, WayPoint { q: low, blend: 0.0 }]);
+                self.swing_through([self.by_carry(), WayPoint { q: above, blend: 0.0 }]);
                 deposit.stage = Stage::Swinging;
             }
-        } else if self.core.motion.is_over() && (robot.q - low).amax() <= self.config.place.arrived.si() {
-            return self.let_go(deposit, velocity, robot);
+        } else if self.core.motion.is_over() && (robot.q - above).amax() <= self.config.place.arrived.si() {
+            self.lower_from(&above, &low);
+            self.core.fingers.force = self.config.place.hold.si();
+            (deposit.press, deposit.stage) = (0.0, Stage::Lowering);
         }
         Next::Stay(Phase::Deposit(deposit), velocity)
     }
 
-    /// True if the fruit has landed on floor or pile: in the lower half of the descent, where the arm only brakes, something holds the hand
-    /// up.
-    fn landed(&self, deposit: &Deposit, [above, low]: [&JointVector; 2], robot: &RobotState) -> bool {
+    /// Starts the hand straight down from one posture to the height of another.
+    fn lower_from(&mut self, above: &JointVector, low: &JointVector) {
         let height = |q: &JointVector| self.core.arm.tcp(q).translation.vector.z;
-        let in_bucket = height(&robot.q) < 0.5 * (height(above) + height(low));
-        in_bucket && (deposit.press > self.config.place.touch.si() || self.core.arm_stalled())
+        let way = height(above) - height(low);
+        let (arm, c) = (&self.core.config.arm, &self.config.place);
+        self.core.motion.go_straight(&self.core.arm, -Vec3::z(), way, c.speed.si(), arm);
+        self.core.motion.set_line_acceleration(self.config.leave.acceleration.si());
     }
 
     fn let_go(&mut self, mut deposit: Deposit, base_velocity: [f64; 3], robot: &RobotState) -> Next {
-        let opening = self.config.place.opening.si();
-        self.core.open_by(opening);
+        let c = &self.config.place;
+        self.core.open_by(0.5 * robot.width + c.opening.si(), c.force.si());
         deposit.stage = Stage::Opening { since: robot.time };
         Next::Stay(Phase::Deposit(deposit), base_velocity)
     }
@@ -105,18 +114,48 @@ impl ExpertPicker {
     /// Ends the attempt: the fruit is in the bucket, and the arm rises.
     fn deposited(&mut self, robot: &RobotState) -> Next {
         self.core.conclude(robot, AttemptEnd::Deposited);
-        self.core.open_fingers();
         self.leave_bucket(robot);
         self.slots.fill();
         Next::Enter(Phase::Retreat(Retreat::from_bucket(robot)))
     }
 
+    /// True if the hand is above or in the bucket.
+    pub(crate) fn is_over_bucket(&self, robot: &RobotState) -> bool {
+        self.slots.covers(&self.core.arm.tcp(&robot.q).translation.vector)
+    }
+
     /// Starts the arm to the carrying posture, over the bucket's rim first if the hand is over the bucket.
     pub(crate) fn leave_bucket(&mut self, robot: &RobotState) {
-        let in_bucket = self.slots.covers(&self.core.arm.tcp(&robot.q).translation.vector);
+        let in_bucket = self.is_over_bucket(robot);
         let over = self.slots.next().map(|[above, _]| above).filter(|_| in_bucket);
         let up = over.map(|q| WayPoint { q, blend: self.config.place.blend.si() });
         let carry = self.core.postures.carry();
         self.swing_through(up.into_iter().chain([WayPoint { q: carry, blend: 0.0 }]));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::expert::ExpertConfig;
+    use orchard_perception::DetectorConfig;
+    use orchard_robot::RobotModel;
+
+    /// In the bucket the fingers open by little more than the fruit and with little force, and stay so until the hand has left it.
+    #[test]
+    fn fingers_open_little_in_the_bucket() {
+        let model = RobotModel::paper();
+        let mut picker = ExpertPicker::new(&model, DetectorConfig::paper(), ExpertConfig::preset());
+        let [_, low] = picker.slots.next().expect("within reach");
+        let in_bucket = RobotState { q: low, width: 0.06, ..RobotState::still(1.0) };
+        let _ = picker.let_go(Deposit::leaving(&in_bucket, 0.0), STILL, &in_bucket);
+        let (opening, force) = (picker.config.place.opening.si(), picker.config.place.force.si());
+        let fingers = picker.core.fingers;
+        assert!((fingers.opening - 0.03 - opening).abs() < 1e-12 && fingers.force == force);
+        let _ = picker.retreat(Retreat::from_bucket(&in_bucket), &in_bucket);
+        assert_eq!(picker.core.fingers, fingers);
+        let outside = RobotState { q: picker.core.postures.carry(), ..in_bucket };
+        let _ = picker.retreat(Retreat::from_bucket(&outside), &outside);
+        assert_eq!(picker.core.fingers.opening, picker.core.config.grasp.opening.si());
     }
 }

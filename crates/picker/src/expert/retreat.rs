@@ -47,7 +47,10 @@ impl Retreat {
 
 impl ExpertPicker {
     pub(crate) fn retreat(&mut self, mut retreat: Retreat, robot: &RobotState) -> Next {
-        self.core.open_fingers();
+        // In the bucket, open fingers would press on the fruit there.
+        if !self.is_over_bucket(robot) {
+            self.core.open_fingers();
+        }
         match retreat.stage {
             Stage::Opening(direction) => {
                 let open = self.core.fingers_are_open(robot);

@@ -84,12 +84,16 @@ fn the_force_at_the_hand_is_found_while_the_base_moves() {
         for n in 0..20 {
             let Moved { q, v, a, base, torque } = alone.moved(n);
             let force =
-                |torque: &JointVector| arm.tcp_force_on_moving_base(&q, &v, &a, torque, &base, &GRAVITY);
+                |torque: &JointVector| arm.tcp_load_on_moving_base(&q, &v, &a, torque, &base, &GRAVITY).force;
             assert!(force(&torque).norm() < 1e-6, "{name}, {n}: {} N", force(&torque));
             let pull = Vec3::new(3.0, -2.0, 5.0);
             let pulled = torque + arm.jacobian(&q).fixed_rows::<3>(3).transpose() * pull;
             assert!((force(&pulled) - pull).norm() < 1e-6, "{name}, {n}: {}", force(&pulled));
-            off = off.max(arm.tcp_force(&q, &a, &torque, &GRAVITY).norm());
+            let turn = Vec3::new(0.3, 0.1, -0.2);
+            let turned = pulled + arm.jacobian(&q).fixed_rows::<3>(0).transpose() * turn;
+            let load = arm.tcp_load_on_moving_base(&q, &v, &a, &turned, &base, &GRAVITY);
+            assert!((load.torque - turn).norm() < 1e-6 && (load.force - pull).norm() < 1e-6, "{name}, {n}");
+            off = off.max(arm.tcp_load(&q, &a, &torque, &GRAVITY).force.norm());
         }
         assert!(off > 5.0, "{name}: {off} N");
     }
