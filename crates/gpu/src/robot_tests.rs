@@ -132,7 +132,7 @@ fn robots_move_as_in_f64() {
     }
 }
 
-/// The same where a load takes servos to their limits, until the arm falls onto the robot; and where friction holds joints that a wrong compensation of their weight, or another joint, would move.
+/// Joints agree with f64 under a load that takes servos to their limits (until the arm falls onto the robot), and under friction that holds joints against their weight or another joint.
 #[test]
 fn limits_and_friction_act_as_in_f64() {
     let Some(gpu) = device() else { return };

@@ -156,7 +156,7 @@ impl Alone {
     /// Places a robot.
     ///
     /// # Errors
-    /// Its parts form no valid model.
+    /// The robot's parts form no valid model.
     pub fn new(robot: &RobotModel) -> Result<Self, BatchError> {
         let none = Groups::NONE;
         let groups = PartGroups { base: none, arm: none, finger: none, bucket: none, self_contact: None };
