@@ -21,6 +21,9 @@ use crate::table::BaseTree;
 /// `docs/computation/gpu.md` compares other numbers.
 const TILES_OF_A_CARD: [(usize, usize); 2] = [(1024, 128), (usize::MAX, 256)];
 
+/// Workgroups of a tile, of a warp each, that press the links in wind; a choice between short walks and many workgroups.
+const PRESSING_GROUPS: u32 = 80;
+
 /// Options of a batch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Options {
@@ -47,7 +50,7 @@ impl Default for Options {
 pub struct GpuBatch {
     gpu: Gpu,
     plants: Vec<Arc<Plant>>,
-    memory: Memory,
+    pub(crate) memory: Memory,
     buffers: Buffers,
     pipelines: Arc<Pipelines>,
     bindings: wgpu::BindGroup,
@@ -129,7 +132,7 @@ impl GpuBatch {
         for pass in [Pass::Frame, Pass::Events] {
             pipelines.of(pass, memory.laws);
         }
-        Ok(Self {
+        let batch = Self {
             bindings: buffers.bind(gpu, &pipelines.bindings, Use::Steps),
             vary_bindings: None,
             gpu: gpu.clone(),
@@ -140,7 +143,9 @@ impl GpuBatch {
             pipelines,
             inputs_changed: false,
             has_new_radii: false,
-        })
+        };
+        batch.begin_wind();
+        Ok(batch)
     }
 
     /// Number of worlds.
@@ -210,6 +215,14 @@ impl GpuBatch {
         let rules = self.memory.rules;
         let settling = rules.settling().map(|rules| (rules, &[Pass::Settle][..]));
         self.run(std::iter::once((rules, passes)).chain(settling));
+        self.begin_wind();
+    }
+
+    /// Sets the air of worlds that have just begun.
+    fn begin_wind(&self) {
+        if self.memory.laws.wind {
+            self.run(std::iter::once((self.memory.rules, &[Pass::Begin][..])));
+        }
     }
 
     /// Submits passes to the device, each with its rules, in order.
@@ -231,11 +244,20 @@ impl GpuBatch {
                     let bindings = varied.unwrap_or(&self.bindings);
                     pass.set_bind_group(0, bindings, &[(slot * RULES_STRIDE) as u32]);
                     pass.set_pipeline(self.pipelines.of(kind, self.memory.laws));
-                    pass.dispatch_workgroups(tiles, 1, 1);
+                    pass.dispatch_workgroups(tiles, self.groups_of_a_tile(kind), 1);
                 }
             }
             drop(pass);
             self.gpu.queue.submit([encoder.finish()]);
+        }
+    }
+
+    /// Workgroups of a tile in a pass, with those of the wind's own.
+    fn groups_of_a_tile(&self, pass: Pass) -> u32 {
+        match pass {
+            Pass::Frame if self.memory.laws.air_aside => 2,
+            Pass::Events if self.memory.laws.press_aside => 1 + PRESSING_GROUPS,
+            _ => 1,
         }
     }
 

@@ -9,6 +9,11 @@ use crate::solver::Solver;
 /// Warps of a tile whose fruit hang on stems that bend.
 const TEAM_ON_STEMS: usize = 4;
 
+/// Most tiles of a batch beside which workgroups of their own set the air: a card of 132 multiprocessors has room for two of four warps on each.
+const TILES_BESIDE_AIR: usize = 132;
+/// Most tiles beside which workgroups of their own press the links. With 128, each on a multiprocessor, that took longer than in the last outward pass.
+const TILES_BESIDE_PRESS: usize = 64;
+
 /// Laws that hold in every world of a batch. The kernels are specialised by them, so that worlds without them pay nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Laws {
@@ -20,11 +25,15 @@ pub(crate) struct Laws {
     pub wind: bool,
     /// Joints are solved by conjugate gradients.
     pub conjugate: bool,
+    /// Workgroups of the wind's own set the air, on multiprocessors with room beside the tiles. It changes no bit.
+    pub air_aside: bool,
+    /// Others press the links between frames. It changes no bit.
+    pub press_aside: bool,
 }
 
 impl Laws {
     /// Number of different sets of laws.
-    pub const COUNT: usize = 16;
+    pub const COUNT: usize = 64;
 
     /// Laws of a plant.
     pub fn of(plant: &Plant) -> Self {
@@ -33,6 +42,8 @@ impl Laws {
             stems: plant.spec.fruit.stem.is_some(),
             wind: plant.weather.is_some(),
             conjugate: false,
+            air_aside: false,
+            press_aside: false,
         }
     }
 
@@ -47,11 +58,29 @@ impl Laws {
             + 2 * usize::from(self.stems)
             + 4 * usize::from(self.wind)
             + 8 * usize::from(self.conjugate)
+            + 16 * usize::from(self.air_aside)
+            + 32 * usize::from(self.press_aside)
+    }
+
+    /// These laws in a batch of so many tiles.
+    pub fn in_tiles(self, tiles: usize) -> Self {
+        let blows = self.wind && !self.conjugate;
+        Self {
+            air_aside: blows && tiles <= TILES_BESIDE_AIR,
+            press_aside: blows && tiles <= TILES_BESIDE_PRESS,
+            ..self
+        }
     }
 
     /// Constants that specialise the kernels.
     pub fn constants(self) -> Vec<(&'static str, f64)> {
-        let all = [("MODAL", self.modal), ("STEMS", self.stems), ("WIND", self.wind)];
+        let all = [
+            ("MODAL", self.modal),
+            ("STEMS", self.stems),
+            ("WIND", self.wind),
+            ("AIR_ASIDE", self.air_aside),
+            ("PRESS_ASIDE", self.press_aside),
+        ];
         let laws = all.into_iter().filter(|(_, holds)| *holds).map(|(name, _)| (name, 1.0));
         laws.chain([("TEAM", self.team() as f64)]).collect()
     }

@@ -152,13 +152,18 @@ impl Memory {
         memory.rules.fours = places.div_ceil(QUAD) as u32;
         let first = given.first().map(|world| &world.plant().tree.parent);
         let has_one_topology = given.iter().all(|world| Some(&world.plant().tree.parent) == first);
-        let spread = if has_one_topology { 1 } else { tiles };
-        for block in blocks(tiling::share_out(&order, &schedules, spread)) {
+        let tiles = if has_one_topology {
+            tiling::in_equal_parts(&order, tiles)
+        } else {
+            tiling::share_out(&order, &schedules, tiles)
+        };
+        for block in blocks(tiles) {
             let of_tile = |tile: Vec<usize>| -> Vec<Member<'_>> {
                 tile.into_iter().map(|index| (index, &given[index], &*schedules[index])).collect()
             };
             memory.add_block(&block.into_iter().map(of_tile).collect::<Vec<_>>());
         }
+        memory.laws = laws.in_tiles(memory.tile_count());
         Ok(memory)
     }
 

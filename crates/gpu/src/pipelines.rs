@@ -30,6 +30,8 @@ pub(crate) enum Pass {
     Events,
     /// Resets marked worlds.
     Reset,
+    /// Sets the air of worlds whose wind begins.
+    Begin,
     /// Settles marked worlds into their equilibrium.
     Settle,
     /// Measures energies.
@@ -39,8 +41,16 @@ pub(crate) enum Pass {
 }
 
 impl Pass {
-    const ALL: [Self; 7] =
-        [Self::Frame, Self::Conjugate, Self::Events, Self::Reset, Self::Settle, Self::Measure, Self::Vary];
+    const ALL: [Self; 8] = [
+        Self::Frame,
+        Self::Conjugate,
+        Self::Events,
+        Self::Reset,
+        Self::Begin,
+        Self::Settle,
+        Self::Measure,
+        Self::Vary,
+    ];
 
     /// Entry point, and the constants that specialise it.
     fn entry(self) -> (&'static str, &'static [(&'static str, f64)]) {
@@ -49,6 +59,7 @@ impl Pass {
             Self::Conjugate => ("conjugate", &[("CONJUGATE", 1.0)]),
             Self::Events => ("apply_events", &[]),
             Self::Reset => ("reset", &[]),
+            Self::Begin => ("begin_wind", &[]),
             Self::Settle => ("frame", &[("SETTLES", 1.0)]),
             Self::Measure => ("measure", &[]),
             Self::Vary => ("vary", &[]),

@@ -29,14 +29,6 @@ fn conjugate(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_inde
     for (var step = 0u; step <= rules.substeps; step++) {
         substep = step - 1u;
         let mode = select(select(ADVANCE, TEST, step == rules.substeps), LOOK, step == 0u);
-        if BLOWS {
-            // That of the present frame where the motion is stale, that of the next one at the end of a frame.
-            let is_end = mode == TEST;
-            if runs && (is_end || (mode == LOOK && is_stale)) {
-                sample_air(warp, TEAM, select(rules.frame - 1u, rules.frame, is_end));
-            }
-            meet();
-        }
         if step > 0u {
             found_dot = 0.0;
             for (var k = 0u; k <= LEVELS; k++) {
@@ -50,6 +42,12 @@ fn conjugate(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_inde
         for (var level = 0u; level <= LEVELS; level++) {
             if runs && works_at_level(level, warp) && (step > 0u || is_stale) {
                 outward(part_at(level, warp), mode);
+            }
+            meet();
+        }
+        if BLOWS && step == 0u {
+            if runs {
+                sample_air(warp, TEAM, rules.frame + 1u);
             }
             meet();
         }

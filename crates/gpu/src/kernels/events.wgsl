@@ -6,12 +6,27 @@ struct Placed {
     p: vec3f,
 }
 
-// Acts on what the tests of a frame have found: breaks joints, detaches fruit, or stops a world that is not finite.
+// Acts on what the tests of a frame have found: breaks joints, detaches fruit, or stops a world that is not finite. Workgroups of the wind's own press the links of worlds of which nothing was
+// found: the notice of another world is not 0, whatever becomes of it meanwhile, but where it stops.
 @compute @workgroup_size(LANES)
-fn apply_events(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {
+fn apply_events(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(num_workgroups) groups: vec3u,
+    @builtin(local_invocation_index) thread: u32,
+) {
     tile_number = group.x;
     lane = thread;
     let found = bitcast<u32>(world(WORLD_NOTICE));
+    if PRESS_ASIDE && group.y > 0u {
+        enter(group.x, 0u, thread);
+        if is_there() {
+            if found == 0u {
+                press_links(group.y - 1u, groups.y - 1u, rules.frame);
+            }
+            set_air_of_fruit(group.y - 1u, groups.y - 1u, rules.frame + 1u);
+        }
+        return;
+    }
     if (found & NOTICE_NON_FINITE) != 0u {
         set_world(WORLD_STOPPED, bitcast<f32>(rules.frame));
     }

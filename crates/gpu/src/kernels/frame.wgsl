@@ -9,11 +9,22 @@ var<workgroup> notices: array<u32, LANES * WARPS>;
 var<workgroup> peaks: array<f32, LANES * WARPS>;
 
 @compute @workgroup_size(LANES * TEAM)
-fn frame(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {
+fn frame(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(num_workgroups) groups: vec3u,
+    @builtin(local_invocation_index) thread: u32,
+) {
     let warp = thread / LANES;
     enter(group.x, warp, thread % LANES);
     let runs = is_there() && bitcast<u32>(world(WORLD_STOPPED)) == 0u && (!SETTLES || world(WORLD_RESET) != 0.0);
     let is_stale = (bitcast<u32>(world(WORLD_NOTICE)) & NOTICE_STALE) != 0u;
+    // Workgroups of the wind's own set the air of the next frame meanwhile.
+    if BLOWS && AIR_ASIDE && group.y > 0u {
+        if runs {
+            sample_air((group.y - 1u) * TEAM + warp, (groups.y - 1u) * TEAM, rules.frame + 1u);
+        }
+        return;
+    }
     found_notice = 0u;
     found_peak = 0.0;
     damping_time = rules.damped * world(WORLD_DAMPING_TIME);
@@ -22,12 +33,6 @@ fn frame(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) t
     for (var step = 0u; step <= rules.substeps; step++) {
         substep = step - 1u;
         let mode = select(select(ADVANCE, TEST, step == rules.substeps && !SETTLES), LOOK, step == 0u);
-        if BLOWS && step == 0u {
-            if runs && is_stale {
-                sample_air(warp, TEAM, rules.frame - 1u);
-            }
-            storageBarrier();
-        }
         for (var phase = 0u; phase <= 2u * LEVELS; phase++) {
             let level = max(phase, LEVELS) - min(phase, LEVELS);
             let is_trunk = level == 0u;
@@ -40,9 +45,15 @@ fn frame(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) t
                     outward(part, mode);
                 }
             }
-            // The other warps wait for the trunk's: they set the air of the next frame meanwhile, a share in every substep.
-            if BLOWS && is_trunk && runs && step > 0u && warp > 0u {
-                sample_air((step - 1u) * (TEAM - 1u) + warp - 1u, rules.substeps * (TEAM - 1u), rules.frame);
+            // Without them the warps that wait for the trunk's set it, a share in every substep.
+            if BLOWS && !AIR_ASIDE && is_trunk && runs && step > 0u && warp > 0u {
+                sample_air((step - 1u) * (TEAM - 1u) + warp - 1u, rules.substeps * (TEAM - 1u), rules.frame + 1u);
+            }
+            storageBarrier();
+        }
+        if BLOWS && PRESS_ASIDE && step == 0u {
+            if runs && is_stale {
+                press_links(warp, TEAM, rules.frame - 1u);
             }
             storageBarrier();
         }

@@ -124,6 +124,9 @@ override TEAM: u32 = WARPS;
 override STEMS: bool = false;
 // True if a wind blows.
 override WIND: bool = false;
+// True if workgroups of its own set the air, and if such press the links (`laws.rs`).
+override AIR_ASIDE: bool = false;
+override PRESS_ASIDE: bool = false;
 
 // First field of the pull in a row of fruit.
 fn pull_field() -> u32 {
@@ -205,14 +208,14 @@ fn profiles_at() -> u32 {
     return waves_at() + select(0u, rules.waves * quads_of_wave(), WIND);
 }
 
-// First quad of the velocities of the air at the places, behind these shares.
-fn winds_at() -> u32 {
-    return profiles_at() + select(0u, rules.fours * LANES, WIND);
+// First quad of the velocities of the air at the places at the end of a frame, behind these shares: those of three frames in turn.
+fn winds_at(frame: u32) -> u32 {
+    return profiles_at() + select(0u, (1u + 4u * (frame % 3u)) * rules.fours * LANES, WIND);
 }
 
 // First quad behind them.
 fn behind_air_at() -> u32 {
-    return winds_at() + select(0u, 4u * rules.fours * LANES, WIND);
+    return profiles_at() + select(0u, 13u * rules.fours * LANES, WIND);
 }
 
 fn p_trunk() -> vec3f {

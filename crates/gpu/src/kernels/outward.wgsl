@@ -54,7 +54,7 @@ struct Ahead {
 }
 
 // That of the first row, waited for.
-fn first_ahead(start: u32, end: u32, mode: u32, presses: bool) -> Ahead {
+fn first_ahead(start: u32, end: u32, mode: u32, presses: bool, winds: u32) -> Ahead {
     let own = link_at(start);
     let left = work_at(start);
     var ahead: Ahead;
@@ -73,14 +73,14 @@ fn first_ahead(start: u32, end: u32, mode: u32, presses: bool) -> Ahead {
     if presses {
         let airs = airs_at();
         ahead.sail = awaited_bits(link(air_at(airs, start), AIR_WOOD));
-        ahead.air = awaited(air_of(winds_at(), ahead.sail));
+        ahead.air = awaited(air_of(winds, ahead.sail));
         ahead.later_sail = awaited_bits(link(air_at(airs, min(start + 1u, end - 1u)), AIR_WOOD));
     }
     return ahead;
 }
 
 // All reads for the row after this one, issued at once.
-fn read_ahead(row: u32, end: u32, mode: u32, presses: bool, last: Ahead) -> Ahead {
+fn read_ahead(row: u32, end: u32, mode: u32, presses: bool, winds: u32, last: Ahead) -> Ahead {
     let next = min(row + 1u, end - 1u);
     var ahead = last;
     ahead.hinge = read_hinge(link_at(next));
@@ -92,7 +92,7 @@ fn read_ahead(row: u32, end: u32, mode: u32, presses: bool, last: Ahead) -> Ahea
     ahead.bits = states[operation_at(next)];
     if presses {
         ahead.sail = last.later_sail;
-        ahead.air = air_of(winds_at(), last.later_sail);
+        ahead.air = air_of(winds, last.later_sail);
         ahead.later_sail = link(air_at(airs_at(), min(row + 2u, end - 1u)), AIR_WOOD);
     }
     return ahead;
@@ -106,10 +106,12 @@ fn outward(part: u32, mode: u32) {
         return;
     }
     var tip: Tip;
-    // The air acts anew at the end of a frame.
-    let presses = select(false, mode != ADVANCE, BLOWS);
+    // The air acts anew at the end of a frame, that of the frame before where its motion is stale: here, or on links in workgroups of its own.
+    let blows = select(false, mode != ADVANCE, BLOWS);
+    let presses = blows && !PRESS_ASIDE;
+    let winds = winds_at(select(rules.frame, rules.frame - 1u, mode == LOOK));
     // The next link is read ahead.
-    var next = first_ahead(start, end, mode, presses);
+    var next = first_ahead(start, end, mode, presses, winds);
     for (var row = start; row < end; row++) {
         let sail = sail_of(next.sail, next.air);
         var own = next.hinge;
@@ -134,7 +136,7 @@ fn outward(part: u32, mode: u32) {
         let first_fruit = (operation.z >> THIRD_FIRST_FRUIT) & 0xfffu;
         let last_fruit = first_fruit + ((operation.z >> THIRD_FRUIT) & 0x3fu);
         // After the last wait of this row.
-        next = read_ahead(row, end, mode, presses, next);
+        next = read_ahead(row, end, mode, presses, winds, next);
         if (operation.x & FIRST_ACTIVE) == 0u {
             continue;
         }
@@ -150,6 +152,15 @@ fn outward(part: u32, mode: u32) {
         for (var k = first_fruit; k < last_fruit; k++) {
             let at = fruit_at(k);
             var stem = read_stem(at);
+            var pull = vec4f(0.0);
+            var air = vec3f(0.0);
+            if blows && PRESS_ASIDE {
+                pull = fruit(at, pull_field());
+                air = fruit(at, pull_field() + PULL_AIR).xyz;
+                if mode == LOOK {
+                    air = air_of(winds, pull).xyz;
+                }
+            }
             if STEMS {
                 var rod = read_rod(at);
                 if mode != LOOK {
@@ -158,7 +169,9 @@ fn outward(part: u32, mode: u32) {
                     rod = ended.rod;
                 }
                 if presses {
-                    stem = pressed(at, stem, sail.air);
+                    stem = pressed(at, stem, fruit(at, pull_field()).xyz, sail.air);
+                } else if blows {
+                    stem = pressed(at, stem, pull.xyz, air);
                 }
                 rod_start(at, stem, rod, at_joint, p_joint, mode);
                 continue;
@@ -167,7 +180,9 @@ fn outward(part: u32, mode: u32) {
                 stem = stem_end(at, stem, tip.turn, shift);
             }
             if presses {
-                stem = pressed(at, stem, sail.air);
+                stem = pressed(at, stem, fruit(at, pull_field()).xyz, sail.air);
+            } else if blows {
+                stem = pressed(at, stem, pull.xyz, air);
             }
             let stretch = stem_start(at, stem, at_joint, p_joint, is_debris);
             if mode == TEST {
@@ -179,6 +194,8 @@ fn outward(part: u32, mode: u32) {
         }
         if presses {
             press_link(air_at(airs_at(), row), sail, at_joint.axes.z, at_joint.v + v_d * 0.5);
+        } else if blows {
+            leave_to_wind(row, at_joint.axes.z, at_joint.v + v_d * 0.5);
         }
         if is_debris {
             let lift = select(tip.shift.z, 0.0, mode == LOOK);

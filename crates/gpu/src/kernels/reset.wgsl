@@ -45,7 +45,7 @@ fn hang_fruit() {
             let at = fruit_at(k);
             set_fruit(at, FRUIT_FORCE, vec4f(0.0));
             if WIND {
-                set_fruit(at, pull_field(), vec4f(0.0));
+                set_fruit(at, pull_field(), vec4f(vec3f(0.0), fruit(at, pull_field()).w));
             }
             if STEMS {
                 set_fruit(at, ROD_Q, vec4f(0.0, 0.0, 0.0, 1.0));

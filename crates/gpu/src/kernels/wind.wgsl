@@ -14,18 +14,32 @@ struct Four {
     z: vec4f,
 }
 
-// Sets the air of a frame at every `stride`-th four of a world's places; `frame` counts from 0.
+// Sets the air at the end of a frame, which counts from 0, at every `stride`-th four of a world's places.
 fn sample_air(first: u32, stride: u32, frame: u32) {
-    let places = bitcast<u32>(world(WORLD_PLACES));
     // Frames since the wind began.
     let clock = frame - bitcast<u32>(world(WORLD_BEGAN));
-    let winds = winds_at();
-    for (var four = first; 4u * four < places; four += stride) {
+    let winds = winds_at(frame);
+    for (var four = first; four < rules.fours; four += stride) {
         var air = gusts(four, clock);
-        for (var k = 4u * four; k < min(4u * four + 4u, places); k++) {
+        for (var k = 4u * four; k < 4u * four + 4u; k++) {
             links[winds + k * LANES] = vec4f(air.x.x, air.y.x, air.z.x, 0.0);
             air = Four(air.x.yzwx, air.y.yzwx, air.z.yzwx);
         }
+    }
+}
+
+// Sets the air at the ends of the last and of the coming frame in worlds that have just begun, before their first frame.
+@compute @workgroup_size(LANES * WARPS)
+fn begin_wind(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {
+    let warp = thread / LANES;
+    enter(group.x, warp, thread % LANES);
+    if is_there() && (bitcast<u32>(world(WORLD_NOTICE)) & NOTICE_STALE) != 0u {
+        sample_air(warp, WARPS, rules.frame);
+        sample_air(warp, WARPS, rules.frame + 1u);
+    }
+    storageBarrier();
+    if PRESS_ASIDE && is_there() {
+        set_air_of_fruit(warp, WARPS, rules.frame + 1u);
     }
 }
 
@@ -122,12 +136,42 @@ fn press_link(at: u32, sail: Sail, z: vec3f, v: vec3f) {
     set_link(at, AIR_IMPULSE, vec4f(force * rules.h, rules.linear_drag + (of_wood + of_leaves) * sail.per_mass));
 }
 
-// A fruit under the drag of a frame, in the air of its link, and under the force that is applied besides. Fruit off its stem feels still air.
-fn pressed(at: u32, from_stem: Stem, air: vec3f) -> Stem {
+// Leaves the axis of a link and the velocity of its centre of mass to workgroups that press it, in numbers that the next inward pass writes anew.
+fn leave_to_wind(row: u32, z: vec3f, v: vec3f) {
+    set_link(air_at(airs_at(), row), AIR_IMPULSE, vec4f(v, 0.0));
+    set_quad(work_at(row), WORK_G_2N, vec4f(z, 0.0));
+}
+
+// Presses every `stride`-th link that was left, in the air at the end of a frame.
+fn press_links(first: u32, stride: u32, frame: u32) {
+    let rows = header(TILE_STARTS + PARTS);
+    let airs = airs_at();
+    let winds = winds_at(frame);
+    for (var row = first; row < rows; row += stride) {
+        let at = air_at(airs, row);
+        let sail = link(at, AIR_WOOD);
+        let v = link(at, AIR_IMPULSE).xyz;
+        press_link(at, sail_of(sail, air_of(winds, sail)), quad(work_at(row), WORK_G_2N).xyz, v);
+    }
+}
+
+// Sets the air of every `stride`-th fruit at the end of a frame.
+fn set_air_of_fruit(first: u32, stride: u32, frame: u32) {
+    let rows = bitcast<u32>(world(WORLD_FRUIT));
+    let winds = winds_at(frame);
+    for (var row = first; row < rows; row += stride) {
+        let at = fruit_at(row);
+        let place = bitcast<u32>(fruit(at, pull_field() + PULL_PLACE).w);
+        set_fruit(at, pull_field() + PULL_AIR, links[winds + place * LANES]);
+    }
+}
+
+// A fruit under the drag of a frame in some air, and under a force that is applied besides. Fruit off its stem feels still air.
+fn pressed(at: u32, from_stem: Stem, pull: vec3f, air: vec3f) -> Stem {
     var stem = from_stem;
     let w = air - stem.v;
     let drag = w * (stem.air_drag * length(w));
-    stem.force = fruit(at, pull_field()).xyz + select(vec3f(0.0), drag, stem.stiffness > 0.0);
+    stem.force = pull + select(vec3f(0.0), drag, stem.stiffness > 0.0);
     set_fruit(at, FRUIT_FORCE, vec4f(stem.force, bitcast<f32>(stem.frames_over)));
     return stem;
 }

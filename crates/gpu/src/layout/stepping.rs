@@ -186,12 +186,17 @@ fields! {
     }
     /// Behind the other fields of a fruit's row, in worlds with wind: force that is applied besides the wind's [N] (3). [`fruit::FORCE`] is the sum there.
     pull {
+        /// Place whose air the fruit feels, as bits.
+        PLACE = 3,
+        /// Where the wind has workgroups of its own: air at the end of the coming frame [m/s] (3, and a free number).
+        AIR = 4,
         /// Number of fields.
-        FIELDS = 4,
+        FIELDS = 8,
     }
     /// Air at a link, in worlds with wind.
     air {
-        /// Force of the wind on it in this frame, as an impulse over a substep [N s] (3).
+        /// Force of the wind on it in this frame, as an impulse over a substep [N s] (3). From the last outward pass of a frame to its end: velocity of its centre of mass [m/s] (3), with its axis in
+        /// [`work::G_2N`].
         IMPULSE = 0,
         /// Drag of translation then [1/s].
         DRAG = 3,
@@ -207,8 +212,8 @@ fields! {
         FIELDS = 8,
     }
     /// A wave of a world's gusts, in worlds with wind: `C cos t + S sin t` with `t` the phase at a place and time. Behind it are cosine and sine of its phase in
-    /// frame 0 at all places, four of the former and then four of the latter; behind all waves the shares of the mean speed at the places, and behind these the velocity of the air there [m/s] (3,
-    /// and a free number).
+    /// frame 0 at all places, four of the former and then four of the latter; behind all waves the shares of the mean speed at the places, and behind these the velocities of the air there at the ends of three frames in
+    /// turn [m/s] (3, and a free number).
     wave {
         /// C [m/s] (3).
         COSINE = 0,
@@ -262,10 +267,8 @@ fields! {
         DAMPING_TIME = 12,
         /// Frame before the first one of its wind, as bits; it may be negative.
         BEGAN = 13,
-        /// Number of places at which it samples the air, as bits.
-        PLACES = 14,
         /// Number of fields.
-        FIELDS = 15,
+        FIELDS = 14,
     }
     /// Bits of [`world::NOTICE`].
     notice {

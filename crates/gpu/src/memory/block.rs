@@ -118,8 +118,8 @@ impl Memory {
                 Solver::ConjugateGradients => krylov::FIELDS,
             };
         let (waves, places) = (self.rules.waves as usize, QUAD * self.rules.fours as usize);
-        // A place has two numbers of each wave, its share of the mean speed, and its air.
-        let waves = waves * (wave::FIELDS + 2 * places) + places * (1 + QUAD);
+        // A place has two numbers of each wave, its share of the mean speed, and its air at the ends of three frames.
+        let waves = waves * (wave::FIELDS + 2 * places) + places * (1 + 3 * QUAD);
         self.links.resize(self.links.len() + (rows * of_row + waves) * LANES, 0.0);
         self.fruit.resize(self.fruit.len() + fruit_rows * self.laws.fruit_fields() * LANES, 0.0);
         let mut lane = 0;

@@ -33,6 +33,14 @@ pub(super) fn share_out(order: &[usize], schedules: &[Arc<Schedule>], most: usiz
     within(bound)
 }
 
+/// Distributes worlds of one topology over tiles with half of their lanes, which read memory faster, if half of so many tiles are enough for that; else over as few tiles as needed. Still fewer lanes are
+/// not faster.
+pub(super) fn in_equal_parts(order: &[usize], most: usize) -> Vec<Vec<usize>> {
+    let half = LANES / 2;
+    let lanes = if order.len().div_ceil(half) <= most / 2 { half } else { LANES };
+    order.chunks(lanes).map(<[usize]>::to_vec).collect()
+}
+
 /// Critical path of a tile with all these worlds.
 fn critical_path(order: &[usize], schedules: &[Arc<Schedule>]) -> usize {
     let mut all = Busiest::default();
@@ -136,6 +144,20 @@ mod tests {
                 prop_assert!(found <= longest(&even, &schedules) + LINK / 2);
             }
         }
+    }
+
+    #[test]
+    fn equal_worlds_have_half_tiles_where_there_is_room() {
+        let tiles = |worlds: usize, most: usize| {
+            let order: Vec<usize> = (0..worlds).collect();
+            let tiles = in_equal_parts(&order, most);
+            assert_eq!(tiles.concat(), order);
+            (tiles.len(), tiles.iter().map(Vec::len).max())
+        };
+        assert_eq!(tiles(512, 128), (32, Some(16)));
+        assert_eq!(tiles(4096, 256), (128, Some(32)));
+        assert_eq!(tiles(40, 1), (2, Some(32)));
+        assert_eq!(tiles(0, 128), (0, None));
     }
 
     /// Two worlds, one with a fruit on its only link, the other with one link more: both count, row by row.

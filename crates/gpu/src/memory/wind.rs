@@ -6,7 +6,7 @@ use orchard_batch::TreeWorld;
 use orchard_geometry::math;
 
 use super::{Memory, Place};
-use crate::layout::{QUAD, air, link, tile, wave, world};
+use crate::layout::{QUAD, air, link, pull, tile, wave, world};
 use crate::schedule::PARTS;
 
 impl Memory {
@@ -15,17 +15,17 @@ impl Memory {
         let plant = given.plant();
         let Some(weather) = &plant.weather else { return };
         let (wind, places) = (weather.wind(), weather.sail().places());
+        let place_of = |segment| f32::from_bits(places.of_segment(segment) as u32);
         let of_tile = self.header(number, tile::STARTS + PARTS);
         let airs = of_tile * (link::FIELDS + self.laws.behind_links()[0]);
         for (segment, row) in place.rows.iter().enumerate() {
             let [wood, leaves] = weather.sail().of(segment);
             let per_mass = 1.0 / plant.model.body(plant.tree.bodies[segment]).inertia.mass;
-            let place = f32::from_bits(places.of_segment(segment) as u32);
             for (field, value) in [
                 (air::WOOD, wood as f32),
                 (air::LEAVES, leaves as f32),
                 (air::PER_MASS, per_mass as f32),
-                (air::PLACE, place),
+                (air::PLACE, place_of(segment)),
             ] {
                 let at = self.behind_links_at(number, airs + row * air::FIELDS + field, lane);
                 self.links[at] = value;
@@ -55,11 +55,11 @@ impl Memory {
             let at = self.behind_links_at(number, profile, lane);
             self.links[at] = wind.profile(p_world.z) as f32;
         }
-        for (field, value) in
-            [(world::BEGAN, given.frame().wrapping_neg()), (world::PLACES, places.p_world().len() as u32)]
-        {
-            let at = self.world_at(number, field, lane);
-            self.worlds[at] = f32::from_bits(value);
+        for (fruit, &row) in plant.fruit.fruit.iter().zip(&*place.fruit_rows) {
+            let at = self.fruit_at(number, row, self.laws.pull_field() + pull::PLACE, lane);
+            self.fruit[at] = place_of(fruit.segment);
         }
+        let at = self.world_at(number, world::BEGAN, lane);
+        self.worlds[at] = f32::from_bits(given.frame().wrapping_neg());
     }
 }
