@@ -2,7 +2,7 @@
 
 use orchard_batch::Plant;
 
-use crate::layout::{air, damper, fruit, pull, rod};
+use crate::layout::{air, damper, fruit, pull, rod, touch};
 use crate::schedule::WARPS;
 use crate::solver::Solver;
 
@@ -20,11 +20,13 @@ pub(crate) struct Laws {
     pub wind: bool,
     /// Joints are solved by conjugate gradients.
     pub conjugate: bool,
+    /// A robot may touch wood and fruit.
+    pub touched: bool,
 }
 
 impl Laws {
     /// Number of different sets of laws.
-    pub const COUNT: usize = 16;
+    pub const COUNT: usize = 32;
 
     /// Laws of a plant.
     pub fn of(plant: &Plant) -> Self {
@@ -33,6 +35,7 @@ impl Laws {
             stems: plant.spec.fruit.stem.is_some(),
             wind: plant.weather.is_some(),
             conjugate: false,
+            touched: false,
         }
     }
 
@@ -47,11 +50,13 @@ impl Laws {
             + 2 * usize::from(self.stems)
             + 4 * usize::from(self.wind)
             + 8 * usize::from(self.conjugate)
+            + 16 * usize::from(self.touched)
     }
 
     /// Constants that specialise the kernels.
     pub fn constants(self) -> Vec<(&'static str, f64)> {
-        let all = [("MODAL", self.modal), ("STEMS", self.stems), ("WIND", self.wind)];
+        let all =
+            [("MODAL", self.modal), ("STEMS", self.stems), ("WIND", self.wind), ("TOUCHES", self.touched)];
         let laws = all.into_iter().filter(|(_, holds)| *holds).map(|(name, _)| (name, 1.0));
         laws.chain([("TEAM", self.team() as f64)]).collect()
     }
@@ -70,6 +75,11 @@ impl Laws {
     /// First field of the pull in a row of fruit.
     pub fn pull_field(self) -> usize {
         if self.stems { rod::FIELDS } else { fruit::FIELDS }
+    }
+
+    /// Number of fields of what contacts need of a link.
+    pub fn touch_fields(self) -> usize {
+        if self.touched { touch::FIELDS } else { 0 }
     }
 
     /// Number of fields of a row of links' dampers, and of the air.

@@ -36,11 +36,24 @@ pub(crate) enum Pass {
     Measure,
     /// Draws marked worlds from the base.
     Vary,
+    /// Goes inwards through a substep of worlds with a robot.
+    Inward,
+    /// Goes outwards through it, after the contacts.
+    Outward,
 }
 
 impl Pass {
-    const ALL: [Self; 7] =
-        [Self::Frame, Self::Conjugate, Self::Events, Self::Reset, Self::Settle, Self::Measure, Self::Vary];
+    const ALL: [Self; 9] = [
+        Self::Frame,
+        Self::Conjugate,
+        Self::Events,
+        Self::Reset,
+        Self::Settle,
+        Self::Measure,
+        Self::Vary,
+        Self::Inward,
+        Self::Outward,
+    ];
 
     /// Entry point, and the constants that specialise it.
     fn entry(self) -> (&'static str, &'static [(&'static str, f64)]) {
@@ -52,6 +65,8 @@ impl Pass {
             Self::Settle => ("frame", &[("SETTLES", 1.0)]),
             Self::Measure => ("measure", &[]),
             Self::Vary => ("vary", &[]),
+            Self::Inward => ("substep_inward", &[]),
+            Self::Outward => ("substep_outward", &[]),
         }
     }
 }
