@@ -3,12 +3,13 @@
 use std::sync::Arc;
 
 use orchard_batch::TreeWorld;
-use orchard_robot::RobotModel;
+use orchard_multibody::{ColliderId, ContactReport, Data, Owner, forward_kinematics};
+use orchard_robot::{Command, RobotConfig, RobotModel};
 use orchard_spec::Spec;
 use orchard_world::{Planting, World};
 
 use crate::testing::device;
-use crate::{Gpu, GpuBatch, RobotBatch, WorldBatch};
+use crate::{ContactPoint, Gpu, GpuBatch, RobotBatch, WorldBatch};
 
 /// A world in f64, and its tree alone, which a batch starts from.
 fn world_of(spec: &Arc<Spec>, robot: &RobotModel, seed: u64) -> (World, TreeWorld) {
@@ -55,4 +56,158 @@ fn without_contact_tree_and_robot_have_the_bits_of_each_alone() {
         assert_eq!((a.q, a.v), (b.q, b.v), "robot {index}");
         assert_eq!(whole.meeting(index).unwrap().most, 0);
     }
+}
+
+/// The paper's world with a substep as its frame, so that every substep is seen. The robot starts where a drive straight ahead meets the trunk.
+fn seen() -> Arc<Spec> {
+    let mut spec = Spec::paper();
+    let start = &mut spec.episode.start;
+    start.distance = start.distance.with_ends(2.0, 2.0).unwrap();
+    start.heading = start.heading.with_ends(0.0, 0.0).unwrap();
+    let substeps = spec.sim.substeps.get();
+    let rate = spec.sim.frame_rate.value() * f64::from(substeps);
+    let frames = spec.wood.rupture_frames.get() * substeps;
+    spec.sim.frame_rate = spec.sim.frame_rate.with_value(rate).unwrap();
+    spec.sim.substeps = spec.sim.substeps.with_value(1).unwrap();
+    spec.wood.rupture_frames = spec.wood.rupture_frames.with_value(frames).unwrap();
+    Arc::new(spec)
+}
+
+/// The paper's robot, and a drive straight ahead that reaches its speed at once.
+fn ram(speed: f64) -> (RobotModel, Command) {
+    let mut config = RobotConfig::paper();
+    let base = config.drive.as_mut().unwrap();
+    base.speed_max = base.speed_max.with_value(speed).unwrap();
+    base.acceleration_max = base.acceleration_max.with_value(50.0).unwrap();
+    let robot = RobotModel::from_urdf(orchard_robot::PAPER_URDF, &config).unwrap();
+    let command = Command { base_velocity: [speed, 0.0, 0.0], ..robot.start_command() };
+    (robot, command)
+}
+
+/// Contacts of the robot with its tree in a world's latest substep, as pairs of the batch's numbers.
+fn contacts_of(world: &World) -> Vec<((usize, usize), ContactReport)> {
+    let on_tree = |id: ColliderId| {
+        let wood = world.tree().colliders.iter().position(|&own| own == id);
+        wood.or_else(|| {
+            let fruit = world.fruit().colliders.iter().position(|&own| own == id)?;
+            let hangs = world.data().tethered[world.fruit().points[fruit].index()];
+            hangs.then_some(world.tree().len() + fruit)
+        })
+    };
+    let colliders = world.model().colliders();
+    let of_robot = |id: ColliderId| {
+        let is_robot = |owner| matches!(owner, Owner::Body(body) if world.handle().bodies.contains(&body));
+        let first = colliders.iter().position(|collider| is_robot(collider.owner)).unwrap();
+        id.index().checked_sub(first)
+    };
+    let contacts = world.report().contacts.iter();
+    contacts.filter_map(|c| Some(((on_tree(c.a)?, of_robot(c.b)?), *c))).collect()
+}
+
+/// Writes the state of a batch's world into an f64 world.
+fn follow(batch: &mut WorldBatch, index: usize, world: &mut World) {
+    let mut data = world.data().clone();
+    let (model, handle) = (world.model().clone(), world.handle().clone());
+    batch.store_tree(index, &mut data).unwrap();
+    batch.store_robot(index, &model, &handle, &mut data).unwrap();
+    forward_kinematics(&model, &mut data);
+    *world.data_mut() = data;
+}
+
+/// Largest differences of a substep.
+#[derive(Debug, Default, Clone, Copy)]
+struct Off {
+    gap: f64,
+    normal: f64,
+    force: f64,
+    change: f64,
+    contacts: usize,
+    loaded: usize,
+    iterations: u32,
+}
+
+impl Off {
+    /// Takes the contacts of one substep into account: pairs within `MARGIN` of the margin may be missing in one.
+    fn add_contacts(&mut self, world: &World, found: &[ContactPoint], case: &str) {
+        const MARGIN: f64 = 5e-6;
+        let margin = world.spec().sim.contact_margin.si() - MARGIN;
+        let expected = contacts_of(world);
+        let largest = expected.iter().fold(0.0, |most: f64, (_, c)| most.max(c.force_world.norm()));
+        let near = |pair, gap: f64, p: &orchard_geometry::Vec3| {
+            let of_pair = found.iter().filter(move |own| (own.tree, own.robot) == pair);
+            let far = move |own: &&ContactPoint| (own.gap - gap).abs() + (own.p_world - p).norm();
+            of_pair.min_by(|a, b| far(a).total_cmp(&far(b)))
+        };
+        for (pair, c) in &expected {
+            let Some(own) = near(*pair, c.gap, &c.p_world) else {
+                assert!(c.gap > margin, "{case}: pair {pair:?} is missing, gap {}", c.gap);
+                continue;
+            };
+            self.gap = self.gap.max((own.gap - c.gap).abs());
+            self.normal = self.normal.max((own.n_world - c.n_world).norm());
+            self.contacts += 1;
+            self.loaded += usize::from(c.force_world.norm() > 0.0);
+            if largest > 0.0 {
+                self.force = self.force.max((own.force_world - c.force_world).norm() / largest);
+            }
+        }
+        for own in found {
+            let is_known = expected.iter().any(|(pair, _)| *pair == (own.tree, own.robot));
+            assert!(is_known || own.gap > margin, "{case}: {own:?} is not in f64");
+        }
+    }
+
+    /// Takes the velocity changes of one substep into account.
+    fn add_changes(&mut self, before: &Data, expected: &Data, found: &Data) {
+        let change = expected.v.iter().zip(&before.v).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()));
+        let off = expected.v.iter().zip(&found.v).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()));
+        self.change = self.change.max(off / change);
+    }
+}
+
+/// Each substep from the same state has the contacts of f64: pairs, gaps, normals, impulses, and the velocities after it.
+#[test]
+fn substeps_from_one_state_have_the_contacts_of_f64() {
+    const WORLDS: u64 = 4;
+    const SUBSTEPS: u32 = 260;
+    let Some(gpu) = device() else { return };
+    let spec = seen();
+    let (robot, command) = ram(1.1);
+    let mut worlds: Vec<_> = (0..WORLDS).map(|seed| world_of(&spec, &robot, seed)).collect();
+    let mut batch = batch_of(&gpu, &robot, &worlds);
+    (0..worlds.len()).for_each(|index| batch.command(index, &command).unwrap());
+    let mut off = Off::default();
+    let mut whole = vec![true; worlds.len()];
+    for substep in 0..SUBSTEPS {
+        let meets = worlds.iter().any(|(world, _)| !contacts_of(world).is_empty());
+        if meets {
+            (0..worlds.len()).for_each(|index| follow(&mut batch, index, &mut worlds[index].0));
+        }
+        batch.advance(1);
+        for (index, (world, _)) in worlds.iter_mut().enumerate() {
+            let before = world.data().clone();
+            world.step(&command);
+            whole[index] &= world.drain_events().is_empty();
+            if !meets || !whole[index] {
+                continue;
+            }
+            let meeting = batch.meeting(index).unwrap();
+            let case = format!("world {index}, substep {substep}");
+            assert_eq!((meeting.lost, meeting.unsolved), (0, 0), "{case}: {meeting:?}");
+            let now = off;
+            off.add_contacts(world, &meeting.contacts, &case);
+            let mut after = world.data().clone();
+            batch.store_tree(index, &mut after).unwrap();
+            batch.store_robot(index, world.model(), world.handle(), &mut after).unwrap();
+            if contacts_of(world).iter().any(|(_, c)| c.force_world.norm() > 0.0) {
+                off.add_changes(&before, world.data(), &after);
+            }
+            off.iterations = off.iterations.max(meeting.iterations);
+            if off.gap > 2.0 * now.gap || off.normal > 2.0 * now.normal || off.force > 2.0 * now.force || off.change > 2.0 * now.change {
+                println!("{case}: {off:?} {} contacts, {} iterations", meeting.contacts.len(), meeting.iterations);
+            }
+        }
+    }
+    println!("{off:?} {whole:?}");
+    assert!(off.loaded > 100 && off.gap < 2e-6 && off.normal < 1e-5 && off.force < 1e-3 && off.change < 1e-3, "{off:?}");
 }

@@ -3,10 +3,11 @@
 // Regularisation as a share of the contact's own inverse inertia.
 const NEAR_RIGID: f32 = 1e-4;
 const TANGENTIAL: f32 = 1e-4;
-// Residual at which the solve ends, relative to the impulses; several times the rounding of f32.
-const TOLERANCE: f32 = 2e-6;
-// Residual up to which a solve that does not reach it counts as solved.
-const SOLVED: f32 = 1e-4;
+// Newton step at which the solve ends, relative to the impulses; several times the rounding of f32. The residual of f64 cannot be used: the law multiplies the rounding of a velocity by up to
+// 1e4, and the step divides by as much.
+const TOLERANCE: f32 = 1e-5;
+// Step up to which a solve that does not reach it counts as solved.
+const SOLVED: f32 = 1e-3;
 const MAX_ITERATIONS: u32 = 30u;
 // The line search ends when the slope has fallen to this share of the slope at its start.
 const SLOPE_SHARE: f32 = 0.1;
@@ -97,10 +98,10 @@ fn regularised(contact: u32, w: f32) -> Law {
     );
 }
 
-// Open, sticking, sliding.
+// Open, sticking, sliding. `v` is the velocity beyond the one at which the impulse vanishes: near the solution it is small, and has little rounding.
 fn respond(v: vec3f) -> Response {
     let zero = vec3f(0.0);
-    let y_n = (law.v_hat - v.z) / law.r_n;
+    let y_n = -v.z / law.r_n;
     let y = -v.xy / law.r_t;
     let y_t = length(y);
     if y_t <= law.friction * y_n {
@@ -134,40 +135,49 @@ fn solve_contacts() {
         law = regularised(thread, w);
         p = guess(thread);
         v = free_velocity[thread] + vec3f(robot_free[3u * thread], robot_free[3u * thread + 1u], robot_free[3u * thread + 2u]);
+        v.z -= law.v_hat;
     }
     v += multiply(p);
     var response = Response(vec3f(0.0), mat3x3f(), 0u);
     var iterations = 0u;
-    var residual = 0.0;
+    var step = 0.0;
     loop {
         if is_contact {
             response = respond(v);
         }
         let off = response.impulse - p;
-        let sizes = sum_of(w * vec4f(dot(off, off), dot(p, p), dot(response.impulse, response.impulse), 0.0));
-        let scale = max(sizes.y, sizes.z);
-        residual = select(0.0, sqrt(sizes.x / scale), scale > 0.0);
-        if agree(residual <= TOLERANCE || iterations == MAX_ITERATIONS) {
+        let size = sum_of(vec4f(dot(p, p) + dot(response.impulse, response.impulse), 0.0, 0.0, 0.0)).x;
+        if agree(size == 0.0 || (iterations > 0u && step <= TOLERANCE) || iterations == MAX_ITERATIONS) {
             break;
         }
         iterations++;
         let dp = direction(response, off);
         let dv = multiply(dp);
-        let slopes = sum_of(vec4f(dot(dv, p), dot(dv, dp), dot(dv, response.impulse), 0.0));
-        let length = search_line(slopes, v, dv);
+        let length = search_line(off, p, dp, v, dv);
         p += dp * length;
         v += dv * length;
+        let sizes = sum_of(w * vec4f(dot(dp, dp) * length * length, dot(p, p), 0.0, 0.0));
+        step = select(1.0, sqrt(sizes.x / sizes.y), sizes.y > 0.0);
     }
     if is_contact {
-        impulses[thread] = response.impulse;
+        // The impulse of the law has more rounding than p.
+        impulses[thread] = select(vec3f(0.0), on_cone(p), response.rank > 0u);
     }
     if thread == 0u {
         var numbers = meetings[record_at()];
-        numbers.z = bitcast<f32>(bitcast<u32>(numbers.z) + select(1u, 0u, residual <= SOLVED));
+        numbers.z = bitcast<f32>(bitcast<u32>(numbers.z) + select(1u, 0u, step <= SOLVED));
         numbers.w = bitcast<f32>(iterations);
         meetings[record_at()] = numbers;
     }
     workgroupBarrier();
+}
+
+// An impulse on the cone, from one beside it by rounding.
+fn on_cone(p: vec3f) -> vec3f {
+    let normal = max(p.z, 0.0);
+    let most = law.friction * normal;
+    let across = length(p.xy);
+    return vec3f(select(p.xy, p.xy * (most / across), across > most), normal);
 }
 
 // Impulse of the substep before, if the pair was in contact then; points of a pair are matched in their order. It changes how fast the solve converges, and
@@ -191,10 +201,14 @@ fn guess(contact: u32) -> vec3f {
     return vec3f(0.0);
 }
 
-// Newton's direction from the residual `off`: dp = r - L (I + L^T W L)^-1 L^T W r, with the dense factor of the rows under load.
+// Newton's direction from the residual `off`, with the dense factor of the rows under load. With r = L a + s, s square to the columns of L, which are square
+// to each other,
+//     dp = r - L (I + L^T W L)^-1 L^T W r = s + L (I + L^T W L)^-1 (a - L^T W s);
+// the first form is the difference of nearly equal numbers, too much so for f32.
 fn direction(response: Response, off: vec3f) -> vec3f {
     let is_contact = thread < contacts;
-    let w_off = multiply(off);
+    let square = square_to(response, off);
+    let w_square = multiply(square);
     counts[thread] = select(0u, response.rank, is_contact);
     workgroupBarrier();
     var start = 0u;
@@ -210,7 +224,8 @@ fn direction(response: Response, off: vec3f) -> vec3f {
     let size = shared_number(all_rows);
     if is_contact {
         for (var j = 0u; j < response.rank; j++) {
-            triangle[row_at(size) + start + j] = dot(response.root[j], w_off);
+            let column = response.root[j];
+            triangle[row_at(size) + start + j] = dot(column, off) / dot(column, column) - dot(column, w_square);
         }
     }
     let blocks = contacts * (contacts + 1u) / 2u;
@@ -227,14 +242,33 @@ fn direction(response: Response, off: vec3f) -> vec3f {
     }
     workgroupBarrier();
     solve_active(size);
-    var dp = off;
+    var dp = square;
     if is_contact {
         for (var j = 0u; j < response.rank; j++) {
-            dp -= response.root[j] * triangle[row_at(size) + start + j];
+            dp += response.root[j] * triangle[row_at(size) + start + j];
         }
     }
     workgroupBarrier();
     return dp;
+}
+
+// Part of a residual that is square to the columns of L.
+fn square_to(response: Response, off: vec3f) -> vec3f {
+    switch response.rank {
+        case 0u: {
+            return off;
+        }
+        case 1u: {
+            return vec3f(off.xy, 0.0);
+        }
+        case 2u: {
+            let n = normalize(cross(normalize(response.root[0]), normalize(response.root[1])));
+            return n * dot(n, off);
+        }
+        default: {
+            return vec3f(0.0);
+        }
+    }
 }
 
 fn row_at(row: u32) -> u32 {
@@ -280,19 +314,19 @@ fn solve_active(size: u32) {
 }
 
 // Length along the direction that minimises the cost, to a share of its first slope: the full step unless it overshoots, else the root of the slope by the
-// Illinois variant of the false position. `slopes`: du A u, du A du, and dv times the impulses.
-fn search_line(slopes: vec4f, v: vec3f, dv: vec3f) -> f32 {
+// Illinois variant of the false position.
+fn search_line(off: vec3f, p: vec3f, dp: vec3f, v: vec3f, dv: vec3f) -> f32 {
     var low = 0.0;
     var high = 1.0;
-    var slope_low = slopes.x - slopes.z;
-    var slope_high = slope_at(slopes, v, dv, 1.0);
+    var slope_low = -sum_of(vec4f(dot(dv, off), 0.0, 0.0, 0.0)).x;
+    var slope_high = slope_at(p, dp, v, dv, 1.0);
     let goal = SLOPE_SHARE * abs(slope_low);
     if agree(slope_high <= goal || slope_low >= 0.0) {
         return 1.0;
     }
     for (var k = 0u; k < MAX_EVALUATIONS; k++) {
         let length = low - slope_low * (high - low) / (slope_high - slope_low);
-        let slope = slope_at(slopes, v, dv, length);
+        let slope = slope_at(p, dp, v, dv, length);
         if agree(abs(slope) <= goal) {
             return length;
         }
@@ -309,10 +343,11 @@ fn search_line(slopes: vec4f, v: vec3f, dv: vec3f) -> f32 {
     return low;
 }
 
-fn slope_at(slopes: vec4f, v: vec3f, dv: vec3f, length: f32) -> f32 {
-    var fall = 0.0;
+// Slope of the cost at a length along the direction.
+fn slope_at(p: vec3f, dp: vec3f, v: vec3f, dv: vec3f, length: f32) -> f32 {
+    var slope = 0.0;
     if thread < contacts {
-        fall = dot(dv, respond(v + dv * length).impulse);
+        slope = dot(dv, p + dp * length - respond(v + dv * length).impulse);
     }
-    return slopes.x + slopes.y * length - sum_of(vec4f(fall, 0.0, 0.0, 0.0)).x;
+    return sum_of(vec4f(slope, 0.0, 0.0, 0.0)).x;
 }
