@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
-use orchard_batch::TreeWorld;
+use orchard_batch::{Fault, Quarantine, Status, TreeEvent, TreeWorld};
+use orchard_geometry::{Pose, Vec3};
 use orchard_multibody::{ColliderId, ContactReport, Data, Owner, forward_kinematics};
 use orchard_robot::{Command, RobotConfig, RobotModel};
-use orchard_spec::Spec;
-use orchard_world::{Planting, World};
+use orchard_spec::{Preset, Spec};
+use orchard_world::{Planting, World, WorldEvent};
 
 use crate::testing::device;
 use crate::{ContactPoint, Gpu, GpuBatch, RobotBatch, WorldBatch};
@@ -58,12 +59,17 @@ fn without_contact_tree_and_robot_have_the_bits_of_each_alone() {
     }
 }
 
-/// The paper's world with a substep as its frame, so that every substep is seen. The robot starts where a drive straight ahead meets the trunk.
+/// Lets the robot start where it looks past the trunk by an angle [rad].
+fn face(spec: &mut Spec, heading: f64) {
+    let start = &mut spec.episode.start;
+    start.distance = start.distance.with_ends(1.6, 1.6).unwrap();
+    start.heading = start.heading.with_ends(heading, heading).unwrap();
+}
+
+/// The paper's world with a substep as its frame, so that every substep is seen, and the robot before its trunk.
 fn seen() -> Arc<Spec> {
     let mut spec = Spec::paper();
-    let start = &mut spec.episode.start;
-    start.distance = start.distance.with_ends(2.0, 2.0).unwrap();
-    start.heading = start.heading.with_ends(0.0, 0.0).unwrap();
+    face(&mut spec, 0.0);
     let substeps = spec.sim.substeps.get();
     let rate = spec.sim.frame_rate.value() * f64::from(substeps);
     let frames = spec.wood.rupture_frames.get() * substeps;
@@ -114,6 +120,12 @@ fn follow(batch: &mut WorldBatch, index: usize, world: &mut World) {
     *world.data_mut() = data;
 }
 
+/// True if wood broke or a fruit came off in a world's latest frame: then its parts meet the robot in other ways in f64 than on the device.
+fn fell_apart(world: &mut World) -> bool {
+    let hangs = world.fruit().points.iter().all(|point| world.data().tethered[point.index()]);
+    world.drain_events().iter().any(|event| matches!(event, WorldEvent::BranchSnapped { .. })) || !hangs
+}
+
 /// Largest differences of a substep.
 #[derive(Debug, Default, Clone, Copy)]
 struct Off {
@@ -122,9 +134,13 @@ struct Off {
     force: f64,
     change: f64,
     contacts: usize,
-    loaded: usize,
+    /// Contacts with a force on wood, and on fruit.
+    loaded: [usize; 2],
     iterations: u32,
 }
+
+/// Weaker forces \[N\] are compared with this one: they follow the rounding of gaps.
+const WEAK: f64 = 20.0;
 
 impl Off {
     /// Takes the contacts of one substep into account: pairs within `MARGIN` of the margin may be missing in one.
@@ -133,7 +149,7 @@ impl Off {
         let margin = world.spec().sim.contact_margin.si() - MARGIN;
         let expected = contacts_of(world);
         let largest = expected.iter().fold(0.0, |most: f64, (_, c)| most.max(c.force_world.norm()));
-        let near = |pair, gap: f64, p: &orchard_geometry::Vec3| {
+        let near = |pair, gap: f64, p: &Vec3| {
             let of_pair = found.iter().filter(move |own| (own.tree, own.robot) == pair);
             let far = move |own: &&ContactPoint| (own.gap - gap).abs() + (own.p_world - p).norm();
             of_pair.min_by(|a, b| far(a).total_cmp(&far(b)))
@@ -146,10 +162,9 @@ impl Off {
             self.gap = self.gap.max((own.gap - c.gap).abs());
             self.normal = self.normal.max((own.n_world - c.n_world).norm());
             self.contacts += 1;
-            self.loaded += usize::from(c.force_world.norm() > 0.0);
-            if largest > 0.0 {
-                self.force = self.force.max((own.force_world - c.force_world).norm() / largest);
-            }
+            let is_fruit = pair.0 >= world.tree().len();
+            self.loaded[usize::from(is_fruit)] += usize::from(c.force_world.norm() > 0.0);
+            self.force = self.force.max((own.force_world - c.force_world).norm() / largest.max(WEAK));
         }
         for own in found {
             let is_known = expected.iter().any(|(pair, _)| *pair == (own.tree, own.robot));
@@ -169,7 +184,7 @@ impl Off {
 #[test]
 fn substeps_from_one_state_have_the_contacts_of_f64() {
     const WORLDS: u64 = 4;
-    const SUBSTEPS: u32 = 260;
+    const SUBSTEPS: u32 = 220;
     let Some(gpu) = device() else { return };
     let spec = seen();
     let (robot, command) = ram(1.1);
@@ -187,7 +202,7 @@ fn substeps_from_one_state_have_the_contacts_of_f64() {
         for (index, (world, _)) in worlds.iter_mut().enumerate() {
             let before = world.data().clone();
             world.step(&command);
-            whole[index] &= world.drain_events().is_empty();
+            whole[index] &= !fell_apart(world);
             if !meets || !whole[index] {
                 continue;
             }
@@ -199,15 +214,157 @@ fn substeps_from_one_state_have_the_contacts_of_f64() {
             let mut after = world.data().clone();
             batch.store_tree(index, &mut after).unwrap();
             batch.store_robot(index, world.model(), world.handle(), &mut after).unwrap();
-            if contacts_of(world).iter().any(|(_, c)| c.force_world.norm() > 0.0) {
+            if contacts_of(world).iter().any(|(_, c)| c.force_world.norm() > WEAK) {
                 off.add_changes(&before, world.data(), &after);
             }
             off.iterations = off.iterations.max(meeting.iterations);
-            if off.gap > 2.0 * now.gap || off.normal > 2.0 * now.normal || off.force > 2.0 * now.force || off.change > 2.0 * now.change {
-                println!("{case}: {off:?} {} contacts, {} iterations", meeting.contacts.len(), meeting.iterations);
+            if off.gap > 2.0 * now.gap
+                || off.normal > 2.0 * now.normal
+                || off.force > 2.0 * now.force
+                || off.change > 2.0 * now.change
+            {
+                println!(
+                    "{case}: {off:?} {} contacts, {} iterations",
+                    meeting.contacts.len(),
+                    meeting.iterations
+                );
             }
         }
     }
     println!("{off:?} {whole:?}");
-    assert!(off.loaded > 100 && off.gap < 2e-6 && off.normal < 1e-5 && off.force < 1e-3 && off.change < 1e-3, "{off:?}");
+    assert!(
+        off.loaded[0] > 100 && off.gap < 2e-6 && off.normal < 1e-5 && off.force < 1e-3 && off.change < 1e-3,
+        "{off:?}"
+    );
+}
+
+/// Effects of a robot that drives into a tree, up to the frame before the first joint breaks in f64 and, of that, the joint and the frame.
+#[derive(Debug, Default, Clone, Copy)]
+struct Ram {
+    impulse: f64,
+    peak: f64,
+    first: Option<(usize, u32)>,
+}
+
+/// Rams through canopies: the same peak force and impulse up to the first rupture, and that at the same joint.
+#[test]
+fn rams_load_and_break_wood_as_in_f64() {
+    const WORLDS: u64 = 4;
+    const FRAMES: u32 = 90;
+    const HEADING: f64 = 0.35;
+    let Some(gpu) = device() else { return };
+    let mut spec = Spec::paper();
+    face(&mut spec, HEADING);
+    let spec = Arc::new(spec);
+    let (robot, command) = ram(1.1);
+    let mut worlds: Vec<_> = (0..WORLDS).map(|seed| world_of(&spec, &robot, seed)).collect();
+    let mut batch = batch_of(&gpu, &robot, &worlds);
+    (0..worlds.len()).for_each(|index| batch.command(index, &command).unwrap());
+    let mut expected = vec![Ram::default(); worlds.len()];
+    let mut found = expected.clone();
+    for frame in 1..=FRAMES {
+        batch.advance(1);
+        let events = batch.events().unwrap();
+        for (index, (world, _)) in worlds.iter_mut().enumerate() {
+            world.step(&command);
+            let snapped = |event: WorldEvent| match event {
+                WorldEvent::BranchSnapped { segment, .. } => Some((segment, frame)),
+                _ => None,
+            };
+            let first = world.drain_events().into_iter().find_map(snapped);
+            expected[index].first = expected[index].first.or(first);
+            let own = events.iter().filter(|event| event.world == index);
+            let first = own.filter_map(|event| match event.event {
+                TreeEvent::Snapped { segment } => Some((segment, event.frame)),
+                _ => None,
+            });
+            found[index].first = found[index].first.or(first.min());
+            if expected[index].first.is_none() && found[index].first.is_none() {
+                let (load, meeting) = (world.wood_load(), batch.meeting(index).unwrap());
+                expected[index] =
+                    Ram { impulse: load.contact_impulse, peak: load.peak_contact_force, ..expected[index] };
+                let (impulse, peak) =
+                    (f64::from(meeting.contact_impulse), f64::from(meeting.peak_contact_force));
+                found[index] = Ram { impulse, peak, ..found[index] };
+                assert_eq!(meeting.lost, 0, "world {index}, frame {frame}");
+            }
+        }
+    }
+    for (index, (a, b)) in expected.iter().zip(&found).enumerate() {
+        println!("world {index}: {a:?} {b:?} {:?}", batch.meeting(index).unwrap().most);
+    }
+    for (index, (a, b)) in expected.iter().zip(&found).enumerate() {
+        assert!((a.impulse - b.impulse).abs() < 0.03 * a.impulse, "world {index}: {a:?} {b:?}");
+        assert!((a.peak - b.peak).abs() < 0.05 * a.peak, "world {index}: {a:?} {b:?}");
+        let same = a.first.zip(b.first).is_some_and(|(a, b)| a.0 == b.0 && a.1.abs_diff(b.1) <= 2);
+        assert!(same, "world {index}: {a:?} {b:?}");
+    }
+}
+
+/// A robot that presses fruit and wood has the same bits alone and in company, and again after a reset; a command that is not finite stops its world, tree and robot.
+#[test]
+fn neighbours_change_no_bit() {
+    const FRAMES: u32 = 48;
+    const STOPPED: usize = 1;
+    let Some(gpu) = device() else { return };
+    let mut spec = Spec::paper();
+    face(&mut spec, 0.0);
+    let spec = Arc::new(spec);
+    let (robot, command) = ram(1.1);
+    let worlds: Vec<_> = (0..3).map(|seed| world_of(&spec, &robot, seed)).collect();
+    let bits = |batch: &mut WorldBatch, index: usize, (world, tree): &(World, TreeWorld)| {
+        let (mut a, mut b) = (tree.data().clone(), world.data().clone());
+        batch.store_tree(index, &mut a).unwrap();
+        batch.store_robot(index, world.model(), world.handle(), &mut b).unwrap();
+        (a.q, a.v, a.point_v_world, b.q, batch.meeting(index).unwrap())
+    };
+    let mut together = batch_of(&gpu, &robot, &worlds);
+    (0..3).for_each(|index| together.command(index, &command).unwrap());
+    together.command(STOPPED, &Command { finger_q: f64::NAN, ..command }).unwrap();
+    together.advance(FRAMES);
+    let after: Vec<_> = (0..3).map(|index| bits(&mut together, index, &worlds[index])).collect();
+    for index in [0, 2] {
+        let mut alone = batch_of(&gpu, &robot, &worlds[index..=index]);
+        alone.command(0, &command).unwrap();
+        alone.advance(FRAMES);
+        let own = bits(&mut alone, 0, &worlds[index]);
+        assert!(own.4.contact_impulse > 0.0, "world {index} touches nothing");
+        assert_eq!(own, after[index], "world {index}");
+    }
+    let stopped = Quarantine { frame: 1, fault: Fault::Command };
+    assert_eq!(together.status(STOPPED).unwrap(), Status::Quarantined(stopped));
+    assert_eq!(together.status(0).unwrap(), Status::Running);
+    let mut data = worlds[STOPPED].1.data().clone();
+    together.store_tree(STOPPED, &mut data).unwrap();
+    let start = |tree: &TreeWorld| tree.data().q.iter().map(|q| f64::from(*q as f32)).collect::<Vec<_>>();
+    assert_eq!(data.q, start(&worlds[STOPPED].1), "the tree of a stopped robot moves");
+    together.reset(&[STOPPED]);
+    together.advance(1);
+    assert_eq!(together.status(STOPPED).unwrap(), Status::Running);
+    assert_eq!(together.meeting(0).unwrap().lost, 0);
+}
+
+/// Worlds that the kernels cannot step are refused by name.
+#[test]
+fn other_worlds_are_refused() {
+    let Some(gpu) = device() else { return };
+    let robot = RobotModel::paper();
+    let refused = |trees: &[TreeWorld], starts: &[Pose]| {
+        WorldBatch::new(&gpu, trees, &robot, starts).unwrap_err().to_string()
+    };
+    let tree = TreeWorld::grow(Arc::new(Spec::preset(Preset::Calibrated)), 1, 0).unwrap();
+    let e = refused(&[tree], &[Pose::identity()]);
+    assert_eq!(
+        e,
+        "world 0 cannot have a robot on a graphics device: its fruit hang on stems that bend (fruit.stem)"
+    );
+    let tree = TreeWorld::grow(Arc::new(Spec::paper()), 1, 0).unwrap();
+    let tilted = Pose::rotation(Vec3::new(0.1, 0.0, 0.0));
+    let e = refused(&[tree.clone(), tree.clone()], &[Pose::identity(), tilted]);
+    assert_eq!(e, "world 1 cannot have a robot on a graphics device: its odom frame is tilted or not finite");
+    let e = refused(&[tree], &[]);
+    assert_eq!(
+        e,
+        "there are 0 starts of the robot for 1 worlds; a batch needs one for each, and a world at least"
+    );
 }
