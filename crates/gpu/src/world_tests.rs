@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use orchard_batch::{Fault, Quarantine, Status, TreeEvent, TreeWorld};
 use orchard_geometry::{Pose, Vec3};
-use orchard_multibody::{ColliderId, ContactReport, Data, Owner, forward_kinematics};
+use orchard_multibody::{ColliderId, ContactReport, Data, Groups, Owner, forward_kinematics};
 use orchard_robot::{Command, RobotConfig, RobotModel};
 use orchard_spec::{Preset, Spec};
 use orchard_world::{Planting, World, WorldEvent};
@@ -139,8 +139,8 @@ struct Off {
     iterations: u32,
 }
 
-/// Weaker forces \[N\] are compared with this one: they follow the rounding of gaps.
-const WEAK: f64 = 20.0;
+/// Weaker forces \[N\] are compared with this one: rounding of a gap by 0.3 um changes the force between hard surfaces by some hundredths of a newton.
+const WEAK: f64 = 50.0;
 
 impl Off {
     /// Takes the contacts of one substep into account: pairs within `MARGIN` of the margin may be missing in one.
@@ -172,12 +172,23 @@ impl Off {
         }
     }
 
-    /// Takes the velocity changes of one substep into account.
-    fn add_changes(&mut self, before: &Data, expected: &Data, found: &Data) {
-        let change = expected.v.iter().zip(&before.v).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()));
-        let off = expected.v.iter().zip(&found.v).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()));
-        self.change = self.change.max(off / change);
+    /// Takes the velocity changes of one substep into account, over the largest that contacts make; `free` is the state after the substep without contacts.
+    fn add_changes(&mut self, free: &Data, expected: &Data, found: &Data) {
+        let apart = |a: &Data, b: &Data| {
+            let joints = a.v.iter().zip(&b.v).map(|(a, b)| (a - b).abs());
+            let fruit = a.point_v_world.iter().zip(&b.point_v_world).map(|(a, b)| (a - b).norm());
+            joints.chain(fruit).fold(0.0, f64::max)
+        };
+        self.change = self.change.max(apart(found, expected) / apart(free, expected));
     }
+}
+
+/// A world after a substep in which nothing touches anything.
+fn untouched(world: &World, command: &Command) -> World {
+    let mut free = world.clone();
+    free.data_mut().groups.fill(Groups::NONE);
+    free.step(command);
+    free
 }
 
 /// Each substep from the same state has the contacts of f64: pairs, gaps, normals, impulses, and the velocities after it.
@@ -200,38 +211,23 @@ fn substeps_from_one_state_have_the_contacts_of_f64() {
         }
         batch.advance(1);
         for (index, (world, _)) in worlds.iter_mut().enumerate() {
-            let before = world.data().clone();
+            let free = meets.then(|| untouched(world, &command));
             world.step(&command);
             whole[index] &= !fell_apart(world);
-            if !meets || !whole[index] {
-                continue;
-            }
+            let Some(free) = free.filter(|_| whole[index]) else { continue };
             let meeting = batch.meeting(index).unwrap();
             let case = format!("world {index}, substep {substep}");
             assert_eq!((meeting.lost, meeting.unsolved), (0, 0), "{case}: {meeting:?}");
-            let now = off;
             off.add_contacts(world, &meeting.contacts, &case);
             let mut after = world.data().clone();
             batch.store_tree(index, &mut after).unwrap();
             batch.store_robot(index, world.model(), world.handle(), &mut after).unwrap();
             if contacts_of(world).iter().any(|(_, c)| c.force_world.norm() > WEAK) {
-                off.add_changes(&before, world.data(), &after);
+                off.add_changes(free.data(), world.data(), &after);
             }
             off.iterations = off.iterations.max(meeting.iterations);
-            if off.gap > 2.0 * now.gap
-                || off.normal > 2.0 * now.normal
-                || off.force > 2.0 * now.force
-                || off.change > 2.0 * now.change
-            {
-                println!(
-                    "{case}: {off:?} {} contacts, {} iterations",
-                    meeting.contacts.len(),
-                    meeting.iterations
-                );
-            }
         }
     }
-    println!("{off:?} {whole:?}");
     assert!(
         off.loaded[0] > 100 && off.gap < 2e-6 && off.normal < 1e-5 && off.force < 1e-3 && off.change < 1e-3,
         "{off:?}"
@@ -251,10 +247,13 @@ struct Ram {
 fn rams_load_and_break_wood_as_in_f64() {
     const WORLDS: u64 = 4;
     const FRAMES: u32 = 90;
-    const HEADING: f64 = 0.35;
+    const HEADING: f64 = 0.55;
+    const WEAK_WOOD: f64 = 15.0;
     let Some(gpu) = device() else { return };
     let mut spec = Spec::paper();
     face(&mut spec, HEADING);
+    // Weak wood, so that every robot breaks some.
+    spec.wood.rupture_stress = spec.wood.rupture_stress.with_value(WEAK_WOOD).unwrap();
     let spec = Arc::new(spec);
     let (robot, command) = ram(1.1);
     let mut worlds: Vec<_> = (0..WORLDS).map(|seed| world_of(&spec, &robot, seed)).collect();
@@ -327,10 +326,9 @@ fn neighbours_change_no_bit() {
         let mut alone = batch_of(&gpu, &robot, &worlds[index..=index]);
         alone.command(0, &command).unwrap();
         alone.advance(FRAMES);
-        let own = bits(&mut alone, 0, &worlds[index]);
-        assert!(own.4.contact_impulse > 0.0, "world {index} touches nothing");
-        assert_eq!(own, after[index], "world {index}");
+        assert_eq!(bits(&mut alone, 0, &worlds[index]), after[index], "world {index}");
     }
+    assert!(after.iter().any(|(.., meeting)| meeting.contact_impulse > 0.0), "no robot touches its tree");
     let stopped = Quarantine { frame: 1, fault: Fault::Command };
     assert_eq!(together.status(STOPPED).unwrap(), Status::Quarantined(stopped));
     assert_eq!(together.status(0).unwrap(), Status::Running);

@@ -14,10 +14,11 @@ use rayon::prelude::*;
 use super::SEED;
 use crate::rows::Row;
 
-/// Distance of the robot from the trunk, at which it looks \[m\]; speed at which it drives there [m/s], and frames of the drive.
+/// Distance of the robot from the trunk \[m\], the angle by which it looks past it \[rad\], speed at which it drives ahead through the canopy [m/s], and frames of the drive.
 const DISTANCE: f64 = 1.6;
+const HEADING: (f64, f64) = (0.4, 0.7);
 const SPEED: f64 = 1.0;
-const FRAMES: u32 = 80;
+const FRAMES: u32 = 100;
 /// Requirements: relative errors of impulse and peak force on wood up to the first rupture, share of first ruptures at the same joint within [`LATE`] frames.
 const IMPULSE: f64 = 0.03;
 const PEAK: f64 = 0.05;
@@ -51,7 +52,7 @@ pub fn rows(gpu: &Gpu, count: u32) -> anyhow::Result<Vec<Row>> {
     let mut spec = Spec::paper();
     let start = &mut spec.episode.start;
     start.distance = start.distance.with_ends(DISTANCE, DISTANCE)?;
-    start.heading = start.heading.with_ends(0.0, 0.0)?;
+    start.heading = start.heading.with_ends(HEADING.0, HEADING.1)?;
     let (spec, robot) = (Arc::new(spec), Arc::new(RobotModel::paper()));
     let worlds: anyhow::Result<Vec<Pushed>> = (0..count)
         .into_par_iter()
