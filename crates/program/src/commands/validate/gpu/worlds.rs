@@ -14,9 +14,9 @@ use rayon::prelude::*;
 use super::SEED;
 use crate::rows::Row;
 
-/// Distance of the robot from the trunk \[m\], the angle by which it looks past it \[rad\], speed at which it drives ahead through the canopy [m/s], and frames of the drive.
+/// Distance of the robot from the trunk \[m\], the angle by which it looks past it \[degrees\], speed at which it drives ahead through the canopy [m/s], and frames of the drive.
 const DISTANCE: f64 = 1.6;
-const HEADING: (f64, f64) = (0.4, 0.7);
+const HEADING: (f64, f64) = (-25.0, 25.0);
 const SPEED: f64 = 1.0;
 const FRAMES: u32 = 100;
 /// Requirements: relative errors of impulse and peak force on wood up to the first rupture, share of first ruptures at the same joint within [`LATE`] frames.
