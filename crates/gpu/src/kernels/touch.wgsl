@@ -1,4 +1,4 @@
-// What contacts with a robot need of the links (`layout::touch`).
+// Numbers of the links that contacts with a robot need (`layout::touch`).
 
 // True if a robot may touch wood and fruit.
 override TOUCHES: bool = false;

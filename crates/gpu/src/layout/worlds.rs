@@ -49,7 +49,7 @@ fields! {
         /// Number of fields.
         FIELDS = 740,
     }
-    /// What a world keeps of its contacts: numbers, then [`contact`] by [`contact`], then 16 responses of the robot's joints for each row of a contact, then [`path`] by
+    /// A world's record of its contacts: numbers, then [`contact`] by [`contact`], then 16 responses of the robot's joints for each row of a contact, then [`path`] by
     /// [`path`], those of a contact from its link to the root.
     meeting {
         /// Number of contacts in the latest substep, as bits.
@@ -160,7 +160,7 @@ fields! {
         /// Number of fields.
         FIELDS = 8,
     }
-    /// What a world has of its own in that table. Behind it, for each segment, its row and above it the row bits the parent's segment (all set for the root); then
+    /// A world's own part of that table. Behind these fields, for each segment, its row and above it the row bits the parent's segment (all set for the root); then
     /// for each fruit its row and its segment likewise.
     place {
         /// First quad of the links' [`touch`] in the work buffer.

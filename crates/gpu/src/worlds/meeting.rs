@@ -1,4 +1,4 @@
-//! What a world keeps of its contacts.
+//! Contacts and loads that a world keeps.
 
 use orchard_geometry::Vec3;
 

@@ -1,4 +1,4 @@
-//! What the contacts of whole worlds read: the robot's colliders, and the places of each world.
+//! The table that the contacts of whole worlds read: the robot's colliders, and the places of each world.
 
 use bytemuck::cast;
 use orchard_batch::Plant;
@@ -130,7 +130,7 @@ fn of_collider(
     Ok(words)
 }
 
-/// What a world has of its own.
+/// Words of a world's own.
 fn of_world(memory: &Memory, index: usize, plant: &Plant, x_world_odom: &Pose) -> Vec<u32> {
     let mut words = vec![0; place::FIELDS];
     words[place::TOUCH..place::WORLD + 1].copy_from_slice(&memory.bases_of(index));
