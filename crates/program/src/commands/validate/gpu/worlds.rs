@@ -51,8 +51,8 @@ struct Push {
 pub fn rows(gpu: &Gpu, count: u32) -> anyhow::Result<Vec<Row>> {
     let mut spec = Spec::paper();
     let start = &mut spec.episode.start;
-    start.distance = start.distance.with_ends(DISTANCE, DISTANCE)?;
-    start.heading = start.heading.with_ends(HEADING.0, HEADING.1)?;
+    start.distance = start.distance.with_ends(DISTANCE, DISTANCE).map_err(anyhow::Error::msg)?;
+    start.heading = start.heading.with_ends(HEADING.0, HEADING.1).map_err(anyhow::Error::msg)?;
     let (spec, robot) = (Arc::new(spec), Arc::new(RobotModel::paper()));
     let worlds: anyhow::Result<Vec<Pushed>> = (0..count)
         .into_par_iter()
