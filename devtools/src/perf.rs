@@ -22,7 +22,8 @@ use orchard_program::rows::{Effort, Suite, run_suite};
 #[command(
     after_help = "Suites:\n  env      the learning environments; `orchard perf env` is the same\n  trees    trees grown per second on one core; 512 randomised worlds built\n  physics  substeps of trees per second, beside MuJoCo's\n  \
                         episode  nominal episodes of every controller with picker and camera, one core\n  \
-                        gpu      substeps of batches of trees, and of robots, on the graphics device\n  \
+                        gpu      substeps of batches of trees, of robots, and of worlds with both, on the graphics device\n  \
+                        worlds   those of worlds with both alone\n  \
                         perception  depth images of the wrist camera and the detector on them, one core\n  \
                         scaling  batches of trees by worlds, mode and solver, on the processor or (--backend gpu) the graphics device\n\n\
                   Rows of physics (151 links, 30 fruit, 390 degrees of freedom; medians of processor time, in turns with MuJoCo):\n  \
@@ -42,6 +43,7 @@ use orchard_program::rows::{Effort, Suite, run_suite};
                   gpu.drawn_4096.build          seconds to draw and settle them on the device, from one tree\n  \
                   gpu.same_N, gpu.topologies_N  N equal trees; N trees of 512 topologies; .share over the row before\n  \
                   gpu.robot_N                   N of the paper's robots alone, without contact; .memory\n  \
+                  gpu.world_N                   N trees of 512 topologies, each pushed by a robot; .contacts and .loaded, means of a world; .overfull, share of worlds that left out contacts; .memory\n  \
                   gpu.mujoco_warp_N.*           MuJoCo-Warp on the first of these, by solver and integrator; the best is the peer of dimensions_N\n\
                   Rows of perception (views of nominal episodes of the tuning seeds; mean over the views, median of rounds of processor time):\n  \
                   perception.camera.192x144, .640x480     scene from the world, depth and labels\n  \
@@ -77,7 +79,7 @@ pub struct Args {
 const SCALING: &str = "scaling";
 
 /// The suites; one of them runs on a backend.
-fn suites(backend: Backend) -> [Suite; 7] {
+fn suites(backend: Backend) -> [Suite; 8] {
     [
         orchard_program::commands::perf::ENV,
         Suite {
@@ -97,9 +99,10 @@ fn suites(backend: Backend) -> [Suite; 7] {
         },
         Suite {
             name: "gpu",
-            about: "substeps of batches of trees, and of robots, on the graphics device",
+            about: "substeps of batches of trees, of robots, and of worlds with both, on the graphics device",
             measure: gpu::measure,
         },
+        Suite { name: "worlds", about: "those of worlds with both alone", measure: gpu::worlds::measure },
         Suite {
             name: "perception",
             about: "depth images of the wrist camera and the detector on them, one core",

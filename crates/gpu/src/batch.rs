@@ -51,7 +51,7 @@ pub struct GpuBatch {
     gpu: Gpu,
     plants: Vec<Arc<Plant>>,
     pub(crate) memory: Memory,
-    buffers: Buffers,
+    pub(crate) buffers: Buffers,
     pipelines: Arc<Pipelines>,
     bindings: wgpu::BindGroup,
     /// Bindings of the pass that draws worlds, if there is a base.
@@ -86,10 +86,20 @@ impl GpuBatch {
     /// # Errors
     /// As [`Self::new`].
     pub fn with_options(gpu: &Gpu, worlds: &[TreeWorld], options: Options) -> Result<Self, GpuError> {
+        Self::over_tiles(gpu, worlds, options, false)
+    }
+
+    /// As [`Self::with_options`]; `touched` if a robot may touch wood and fruit.
+    pub(crate) fn over_tiles(
+        gpu: &Gpu,
+        worlds: &[TreeWorld],
+        options: Options,
+        touched: bool,
+    ) -> Result<Self, GpuError> {
         let card = TILES_OF_A_CARD.iter().find(|(most, _)| gpu.info().is_discrete && worlds.len() <= *most);
         let tiles = options.tiles.or(card.map(|(_, tiles)| *tiles)).unwrap_or(1);
         let tiles = tiles.clamp(1, gpu.device.limits().max_compute_workgroups_per_dimension as usize);
-        let memory = Memory::spread_over(tiles, worlds, options.pushes_each.max(1), options.solver)?;
+        let memory = Memory::spread_over(tiles, worlds, options.pushes_each.max(1), options.solver, touched)?;
         Self::of(gpu, memory, worlds.iter().map(|world| world.plant().clone()).collect())
     }
 
@@ -129,7 +139,9 @@ impl GpuBatch {
         let buffers = Buffers::new(gpu, &memory)?;
         let pipelines = gpu.pipelines();
         // Every batch steps: compiling them now spares the first frame the wait.
-        for pass in [Pass::Frame, Pass::Events] {
+        let whole = [Pass::Frame, Pass::Events];
+        let split = [Pass::Inward, Pass::Outward, Pass::Events];
+        for &pass in if memory.laws.touched { &split[..] } else { &whole } {
             pipelines.of(pass, memory.laws);
         }
         let batch = Self {
@@ -227,10 +239,19 @@ impl GpuBatch {
 
     /// Submits passes to the device, each with its rules, in order.
     pub(crate) fn run<'a>(&self, passes: impl Iterator<Item = (Rules, &'a [Pass])>) {
-        let tiles = self.memory.tile_count() as u32;
+        self.run_each(passes, |pass, slot, kind| self.dispatch(pass, slot, kind));
+    }
+
+    /// As [`Self::run`] with passes of any kind; `dispatch` dispatches one, with the rules at an offset in the buffer of rules.
+    pub(crate) fn run_each<'a, K: Copy + 'a>(
+        &self,
+        passes: impl Iterator<Item = (Rules, &'a [K])>,
+        dispatch: impl Fn(&mut wgpu::ComputePass<'_>, u32, K),
+    ) {
+        let tiles = self.memory.tile_count();
         let mut passes = passes.peekable();
         while passes.peek().is_some() && tiles > 0 {
-            let now: Vec<(Rules, &[Pass])> = passes.by_ref().take(PASSES_AT_ONCE).collect();
+            let now: Vec<(Rules, &[K])> = passes.by_ref().take(PASSES_AT_ONCE).collect();
             let mut rules = vec![0; RULES_STRIDE * now.len()];
             for (slot, (own, _)) in rules.chunks_mut(RULES_STRIDE).zip(&now) {
                 slot[..size_of::<Rules>()].copy_from_slice(bytemuck::bytes_of(own));
@@ -240,11 +261,7 @@ impl GpuBatch {
             let mut pass = encoder.begin_compute_pass(&Default::default());
             for (slot, (_, kinds)) in now.iter().enumerate() {
                 for &kind in *kinds {
-                    let varied = self.vary_bindings.as_ref().filter(|_| kind == Pass::Vary);
-                    let bindings = varied.unwrap_or(&self.bindings);
-                    pass.set_bind_group(0, bindings, &[(slot * RULES_STRIDE) as u32]);
-                    pass.set_pipeline(self.pipelines.of(kind, self.memory.laws));
-                    pass.dispatch_workgroups(tiles, self.groups_of_a_tile(kind), 1);
+                    dispatch(&mut pass, (slot * RULES_STRIDE) as u32, kind);
                 }
             }
             drop(pass);
@@ -259,6 +276,14 @@ impl GpuBatch {
             Pass::Events if self.memory.laws.press_aside => 1 + PRESSING_GROUPS,
             _ => 1,
         }
+    }
+
+    /// Dispatches a pass with the rules at an offset in their buffer.
+    pub(crate) fn dispatch(&self, pass: &mut wgpu::ComputePass<'_>, rules: u32, kind: Pass) {
+        let varied = self.vary_bindings.as_ref().filter(|_| kind == Pass::Vary);
+        pass.set_bind_group(0, varied.unwrap_or(&self.bindings), &[rules]);
+        pass.set_pipeline(self.pipelines.of(kind, self.memory.laws));
+        pass.dispatch_workgroups(self.memory.tile_count() as u32, self.groups_of_a_tile(kind), 1);
     }
 
     /// Waits until all frames are done.
@@ -386,7 +411,8 @@ impl GpuBatch {
         Ok(&self.memory)
     }
 
-    fn send_inputs(&mut self) {
+    /// Sends the forces on links, if they have changed.
+    pub(crate) fn send_inputs(&mut self) {
         if std::mem::take(&mut self.inputs_changed) {
             if std::mem::take(&mut self.has_new_radii) {
                 self.fetch_radii();

@@ -90,8 +90,11 @@ impl Buffers {
         }
     }
 
-    /// Sends the contents. The work buffer starts with zeros, as every new buffer does.
+    /// Sends the contents. The work buffer starts with zeros, as every new buffer does, where no robot touches wood.
     fn fill(&self, gpu: &Gpu, memory: &Memory) {
+        if memory.laws.touched {
+            gpu.queue.write_buffer(&self.work, 0, bytemuck::cast_slice(&memory.work));
+        }
         for (buffer, contents) in [
             (&self.tiles, bytemuck::cast_slice(&memory.tiles)),
             (&self.operations, bytemuck::cast_slice(&memory.operations)),
@@ -202,10 +205,31 @@ pub(crate) type Wanted<'a, T> = (&'a wgpu::Buffer, &'a mut Vec<T>, Vec<Range<usi
 impl Gpu {
     /// Copies ranges of buffers to the same ranges on the host, after waiting for all submitted work.
     pub(crate) fn fetch<T: bytemuck::Pod>(&self, wanted: &mut [Wanted<'_, T>]) -> Result<(), GpuError> {
+        let ranges = wanted.iter().flat_map(|(buffer, _, ranges)| {
+            let buffer: &wgpu::Buffer = buffer;
+            ranges.iter().map(move |range| (buffer, range.clone()))
+        });
+        let read = self.read::<T>(&ranges.collect::<Vec<_>>())?;
+        let mut read = &*read;
+        for (_, host, ranges) in wanted {
+            for range in ranges {
+                let (here, rest) = read.split_at(range.len());
+                host[range.clone()].copy_from_slice(here);
+                read = rest;
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads ranges of buffers, one after the other, after waiting for all submitted work.
+    pub(crate) fn read<T: bytemuck::Pod>(
+        &self,
+        wanted: &[(&wgpu::Buffer, Range<usize>)],
+    ) -> Result<Vec<T>, GpuError> {
         let each = size_of::<T>();
-        let length: usize = wanted.iter().flat_map(|(_, _, ranges)| ranges).map(Range::len).sum();
+        let length: usize = wanted.iter().map(|(_, range)| range.len()).sum();
         if length == 0 {
-            return self.wait();
+            return self.wait().map(|()| Vec::new());
         }
         let staging = self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("read"),
@@ -215,12 +239,10 @@ impl Gpu {
         });
         let mut encoder = self.device.create_command_encoder(&Default::default());
         let mut at = 0;
-        for (buffer, _, ranges) in wanted.iter() {
-            for range in ranges {
-                let (from, size) = ((each * range.start) as u64, (each * range.len()) as u64);
-                encoder.copy_buffer_to_buffer(buffer, from, &staging, at, size);
-                at += size;
-            }
+        for (buffer, range) in wanted {
+            let (from, size) = ((each * range.start) as u64, (each * range.len()) as u64);
+            encoder.copy_buffer_to_buffer(buffer, from, &staging, at, size);
+            at += size;
         }
         self.queue.submit([encoder.finish()]);
         // The wait reports the result: a lost device maps nothing.
@@ -228,14 +250,6 @@ impl Gpu {
         self.wait()?;
         let lost = |e: wgpu::MapRangeError| GpuError::Lost(e.to_string());
         let mapped = staging.slice(..).get_mapped_range().map_err(lost)?;
-        let mut read = bytemuck::cast_slice::<u8, T>(&mapped);
-        for (_, host, ranges) in wanted {
-            for range in ranges {
-                let (here, rest) = read.split_at(range.len());
-                host[range.clone()].copy_from_slice(here);
-                read = rest;
-            }
-        }
-        Ok(())
+        Ok(bytemuck::cast_slice::<u8, T>(&mapped).to_vec())
     }
 }

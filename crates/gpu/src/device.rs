@@ -9,9 +9,13 @@ use crate::layout::LANES;
 use crate::pipelines::Pipelines;
 use crate::robots::pipelines::RobotPipelines;
 use crate::schedule::WARPS;
+use crate::worlds::pipelines::WorldPipelines;
 
 /// Number of storage buffers that the kernels bind.
 const STORAGE_BUFFERS: u32 = 8;
+
+/// Workgroup memory that the contacts of a world take [bytes], rounded up.
+pub(crate) const WORKGROUP_STORAGE: u32 = 24 << 10;
 
 /// Error of a graphics device.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -109,6 +113,7 @@ pub struct Gpu {
     lost: Arc<Mutex<Option<String>>>,
     pipelines: Arc<OnceLock<Arc<Pipelines>>>,
     robot_pipelines: Arc<OnceLock<RobotPipelines>>,
+    world_pipelines: Arc<OnceLock<WorldPipelines>>,
 }
 
 impl Gpu {
@@ -149,7 +154,12 @@ impl Gpu {
             max_buffer_size: has.max_buffer_size.min(largest_buffer),
             ..Limits::downlevel_defaults()
         };
+        // Whole worlds need more than an adapter must have.
+        let least = required_limits.max_compute_workgroup_storage_size;
         let required_limits = Limits {
+            max_compute_workgroup_storage_size: has
+                .max_compute_workgroup_storage_size
+                .clamp(least, WORKGROUP_STORAGE.max(least)),
             max_storage_buffers_per_shader_stage: STORAGE_BUFFERS,
             max_compute_invocations_per_workgroup: (LANES * WARPS) as u32,
             ..required_limits
@@ -169,7 +179,15 @@ impl Gpu {
             let mut lost = note.lock().unwrap_or_else(PoisonError::into_inner);
             lost.get_or_insert_with(|| one_line(&e.to_string()));
         }));
-        Ok(Self { device, queue, info, lost, pipelines: Arc::default(), robot_pipelines: Arc::default() })
+        Ok(Self {
+            device,
+            queue,
+            info,
+            lost,
+            pipelines: Arc::default(),
+            robot_pipelines: Arc::default(),
+            world_pipelines: Arc::default(),
+        })
     }
 
     /// Compiled kernels, shared by all batches of the device.
@@ -180,6 +198,11 @@ impl Gpu {
     /// Compiled kernels of robots, shared by all batches of the device.
     pub(crate) fn robot_pipelines(&self) -> &RobotPipelines {
         self.robot_pipelines.get_or_init(|| RobotPipelines::new(&self.device))
+    }
+
+    /// Compiled kernels of whole worlds, shared by all batches of the device.
+    pub(crate) fn world_pipelines(&self) -> &WorldPipelines {
+        self.world_pipelines.get_or_init(|| WorldPipelines::new(&self.device))
     }
 
     /// Name and limits of the adapter.

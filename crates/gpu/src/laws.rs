@@ -2,7 +2,7 @@
 
 use orchard_batch::Plant;
 
-use crate::layout::{air, damper, fruit, pull, rod};
+use crate::layout::{air, damper, fruit, pull, rod, touch};
 use crate::schedule::WARPS;
 use crate::solver::Solver;
 
@@ -29,11 +29,13 @@ pub(crate) struct Laws {
     pub air_aside: bool,
     /// Others press the links between frames. It changes no bit.
     pub press_aside: bool,
+    /// A robot may touch wood and fruit.
+    pub touched: bool,
 }
 
 impl Laws {
     /// Number of different sets of laws.
-    pub const COUNT: usize = 64;
+    pub const COUNT: usize = 128;
 
     /// Laws of a plant.
     pub fn of(plant: &Plant) -> Self {
@@ -44,6 +46,7 @@ impl Laws {
             conjugate: false,
             air_aside: false,
             press_aside: false,
+            touched: false,
         }
     }
 
@@ -60,6 +63,7 @@ impl Laws {
             + 8 * usize::from(self.conjugate)
             + 16 * usize::from(self.air_aside)
             + 32 * usize::from(self.press_aside)
+            + 64 * usize::from(self.touched)
     }
 
     /// These laws in a batch of so many tiles.
@@ -80,6 +84,7 @@ impl Laws {
             ("WIND", self.wind),
             ("AIR_ASIDE", self.air_aside),
             ("PRESS_ASIDE", self.press_aside),
+            ("TOUCHES", self.touched),
         ];
         let laws = all.into_iter().filter(|(_, holds)| *holds).map(|(name, _)| (name, 1.0));
         laws.chain([("TEAM", self.team() as f64)]).collect()
@@ -99,6 +104,11 @@ impl Laws {
     /// First field of the pull in a row of fruit.
     pub fn pull_field(self) -> usize {
         if self.stems { rod::FIELDS } else { fruit::FIELDS }
+    }
+
+    /// Number of fields of what contacts need of a link.
+    pub fn touch_fields(self) -> usize {
+        if self.touched { touch::FIELDS } else { 0 }
     }
 
     /// Number of fields of a row of links' dampers, and of the air.

@@ -26,10 +26,12 @@ macro_rules! fields {
 mod drawing;
 mod robots;
 mod stepping;
+mod worlds;
 
 pub(crate) use drawing::*;
 pub(crate) use robots::*;
 pub(crate) use stepping::*;
+pub(crate) use worlds::*;
 
 /// Units of a radius in an operation [1/m].
 pub(crate) const RADIUS_UNITS: f32 = 1e5;
@@ -45,7 +47,9 @@ pub(crate) fn wgsl() -> String {
     let mut text = format!(
         "const LANES: u32 = {LANES}u;\nconst UNBOUNDED: f32 = {UNBOUNDED:e};\nconst QUAD: u32 = {QUAD}u;\nconst RADIUS_UNITS: f32 = {RADIUS_UNITS:e};\nconst CURVE_INTERVALS: u32 = {CURVE_INTERVALS}u;\n"
     );
-    for (module, name, value) in stepping::ALL.iter().chain(drawing::ALL).chain(robots::ALL) {
+    for (module, name, value) in
+        stepping::ALL.iter().chain(drawing::ALL).chain(robots::ALL).chain(worlds::ALL)
+    {
         // Writing to a string never fails.
         let _ = writeln!(text, "const {}_{name}: u32 = {value}u;", module.to_uppercase());
     }

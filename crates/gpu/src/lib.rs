@@ -1,8 +1,8 @@
-//! Thousands of trees with their fruit, or of robots, at once, in f32 on any graphics device.
+//! Thousands of trees with their fruit, of robots, or of worlds with both, at once, in f32 on any graphics device.
 //!
 //! A [`GpuBatch`] steps trees with fruit, ruptures and detachments, without a robot, as `orchard_batch::Batch` does on the processor. Every world may have its own
 //! dimensions and its own topology. A batch is made of given worlds, or of one base tree ([`BaseTree`]) from which the device draws the dimensions of every world ([`GpuBatch::randomised`]).
-//! A [`RobotBatch`] steps robots of one kind, each alone (`docs/computation/gpu-world.md`).
+//! A [`RobotBatch`] steps robots of one kind, each alone, a [`WorldBatch`] worlds with a tree and such a robot, which pushes it (`docs/computation/gpu-world.md`).
 //! The kernels are in `kernels/*.wgsl`. Those that step worlds are tested against the f64 worlds; those that draw worlds have twins in Rust (`twin/`) besides.
 //! `docs/computation/gpu.md` describes the layout of memory and the distribution of work over threads.
 //!
@@ -58,6 +58,9 @@ mod trees;
 mod trials;
 #[cfg(test)]
 mod twin;
+#[cfg(test)]
+mod world_tests;
+mod worlds;
 
 /// The example of the README as a test.
 #[cfg(doctest)]
@@ -70,6 +73,7 @@ pub use robots::RobotBatch;
 pub use schedule::{ScheduleError, WARPS};
 pub use solver::Solver;
 pub use table::{BaseError, BaseTree};
+pub use worlds::{ContactPoint, Meeting, WorldBatch};
 
 /// Error: worlds cannot form a batch.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -128,6 +132,24 @@ pub enum BatchError {
         given: usize,
         /// Number of the arm's joints.
         has: usize,
+    },
+    /// The kernels cannot step a tree with a robot beside it.
+    #[error("world {world} cannot have a robot on a graphics device: {why}")]
+    World {
+        /// Index of the world.
+        world: usize,
+        /// Reason.
+        why: &'static str,
+    },
+    /// There is not one start of the robot for each tree.
+    #[error(
+        "there are {starts} starts of the robot for {worlds} worlds; a batch needs one for each, and a world at least"
+    )]
+    Starts {
+        /// Number of starts.
+        starts: usize,
+        /// Number of worlds.
+        worlds: usize,
     },
     /// The worlds differ in substep, gravity or rules of breaking.
     #[error("world {world} has another substep, gravity or rules of breaking than world 0")]

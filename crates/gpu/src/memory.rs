@@ -25,7 +25,7 @@ use orchard_geometry::{Shape, Vec3};
 
 use crate::laws::Laws;
 use crate::layout::{
-    LANES, QUAD, RADIUS_UNITS, UNBOUNDED, damper, fourth, link, notice, push, third, tile, world,
+    LANES, QUAD, RADIUS_UNITS, UNBOUNDED, damper, fourth, link, notice, push, third, tile, touch, world,
 };
 use crate::rules::Rules;
 use crate::schedule::{PARTS, Schedule};
@@ -76,10 +76,10 @@ impl Memory {
     /// # Errors
     /// A world has no schedule, other rules than the first, a broken limb, another damping than its wood, or too many forces.
     pub fn new(given: &[TreeWorld], pushes_each: usize, solver: Solver) -> Result<Self, BatchError> {
-        Self::spread_over(1, given, pushes_each, solver)
+        Self::spread_over(1, given, pushes_each, solver, false)
     }
 
-    /// As [`Self::new`], but worlds of different topology, which would wait for each other in a tile, are spread over up to so many tiles.
+    /// As [`Self::new`], but worlds of different topology, which would wait for each other in a tile, are spread over up to so many tiles; `touched` if a robot may touch wood and fruit.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -88,6 +88,7 @@ impl Memory {
         given: &[TreeWorld],
         pushes_each: usize,
         solver: Solver,
+        touched: bool,
     ) -> Result<Self, BatchError> {
         for (index, world) in given.iter().enumerate() {
             let plant = world.plant();
@@ -115,8 +116,8 @@ impl Memory {
                 return Err(BatchError::Pushes { world: index, pushed, most: pushes_each });
             }
         }
-        let laws =
-            given.first().map_or_else(Laws::default, |world| Laws::of(world.plant())).solved_by(solver);
+        let laws = given.first().map_or_else(Laws::default, |world| Laws::of(world.plant()));
+        let laws = Laws { touched, ..laws.solved_by(solver) };
         let schedules = topologies::schedules(given, laws)?;
         // Similar worlds share a tile: a level takes as long as its longest part in any world of the tile, and the outer levels are the longest.
         let mut order: Vec<usize> = (0..given.len()).collect();
@@ -220,9 +221,14 @@ impl Memory {
                 c |= (place.fruit_rows[first] << third::FIRST_FRUIT) as u32;
             }
             let radius = match model.collider(tree.colliders[segment]).shape {
-                Shape::Capsule { radius, .. } => (radius * f64::from(RADIUS_UNITS)).round() as usize,
-                _ => 0,
+                Shape::Capsule { radius, .. } => radius,
+                _ => 0.0,
             };
+            if self.laws.touched {
+                let at = self.touch_at(number, row, touch::RADIUS, lane);
+                self.work[at] = radius as f32;
+            }
+            let radius = (radius * f64::from(RADIUS_UNITS)).round() as usize;
             let d = tree.parent[segment].map_or(0xffff, |up| place.rows[up]) << fourth::PARENT_ROW
                 | radius.min(fourth::RADIUS_BITS) << fourth::RADIUS;
             let at = self.operation_at(number, row, lane);
@@ -294,6 +300,11 @@ impl Memory {
         self.header(number, tile::LINKS) * QUAD + quad_at(field, lane)
     }
 
+    /// Place of a field of what contacts need of a link.
+    fn touch_at(&self, number: usize, row: usize, field: usize, lane: usize) -> usize {
+        self.header(number, tile::TOUCHES) * QUAD + quad_at(row * touch::FIELDS + field, lane)
+    }
+
     pub fn fruit_at(&self, number: usize, row: usize, field: usize, lane: usize) -> usize {
         quad_at((self.header(number, tile::FRUIT) + row) * self.laws.fruit_fields() + field, lane)
     }
@@ -316,6 +327,15 @@ impl Memory {
     pub fn world_number(&self, index: usize, field: usize) -> u32 {
         let place = &self.places[index];
         self.worlds[self.world_at(place.tile, field, place.lane)].to_bits()
+    }
+
+    /// Places of a world of [`Laws::touched`] in the buffers, as `layout::place` lists them.
+    pub fn bases_of(&self, index: usize) -> [u32; QUAD] {
+        let Place { tile: number, lane, .. } = self.places[index];
+        let fruit = self.header(number, tile::FRUIT) * self.laws.fruit_fields() / QUAD * LANES;
+        let world = self.world_at(number, 0, 0);
+        [self.header(number, tile::TOUCHES), self.header(number, tile::WORK), fruit, world]
+            .map(|base| (base + lane) as u32)
     }
 
     /// Row of a world's link in its tile.

@@ -38,10 +38,14 @@ pub(crate) enum Pass {
     Measure,
     /// Draws marked worlds from the base.
     Vary,
+    /// Goes inwards through a substep of worlds with a robot.
+    Inward,
+    /// Goes outwards through it, after the contacts.
+    Outward,
 }
 
 impl Pass {
-    const ALL: [Self; 8] = [
+    const ALL: [Self; 10] = [
         Self::Frame,
         Self::Conjugate,
         Self::Events,
@@ -50,6 +54,8 @@ impl Pass {
         Self::Settle,
         Self::Measure,
         Self::Vary,
+        Self::Inward,
+        Self::Outward,
     ];
 
     /// Entry point, and the constants that specialise it.
@@ -63,6 +69,8 @@ impl Pass {
             Self::Settle => ("frame", &[("SETTLES", 1.0)]),
             Self::Measure => ("measure", &[]),
             Self::Vary => ("vary", &[]),
+            Self::Inward => ("substep_inward", &[]),
+            Self::Outward => ("substep_outward", &[]),
         }
     }
 }

@@ -89,6 +89,8 @@ pub(crate) struct Rules {
     pub wind_y: f32,
     /// Speed above which leaves fold [m/s].
     pub folding_speed: f32,
+    /// Number of the substep in the frame, from 0, of passes that advance one substep.
+    pub substep: u32,
 }
 
 /// Steps from rest to the static equilibrium: length of a step [s], and number of steps. Long steps are Newton steps on the statics without geometric stiffness, which overshoot in limp twigs, where

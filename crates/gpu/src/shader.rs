@@ -4,7 +4,7 @@ use crate::layout;
 use crate::schedule::{LEVELS, PARTS, WARPS};
 
 /// Source files of the kernels.
-pub(crate) const FILES: [(&str, &str); 20] = [
+pub(crate) const FILES: [(&str, &str); 22] = [
     ("memory", include_str!("kernels/memory.wgsl")),
     ("math", include_str!("kernels/math.wgsl")),
     ("load", include_str!("kernels/load.wgsl")),
@@ -15,7 +15,9 @@ pub(crate) const FILES: [(&str, &str); 20] = [
     ("rod", include_str!("kernels/rod.wgsl")),
     ("wind", include_str!("kernels/wind.wgsl")),
     ("outward", include_str!("kernels/outward.wgsl")),
+    ("touch", include_str!("kernels/touch.wgsl")),
     ("frame", include_str!("kernels/frame.wgsl")),
+    ("substep", include_str!("kernels/substep.wgsl")),
     ("events", include_str!("kernels/events.wgsl")),
     ("conjugate", include_str!("kernels/conjugate.wgsl")),
     ("reset", include_str!("kernels/reset.wgsl")),
@@ -48,6 +50,23 @@ pub(crate) fn source_of_robots() -> String {
         include_str!("kernels/robot_servos.wgsl"),
     ];
     layout::wgsl() + &files.concat()
+}
+
+/// The source of the kernels of whole worlds: those of robots, and what lies between the two halves of their substep.
+pub(crate) fn source_of_worlds() -> String {
+    // The rules are the trees'; the bindings of their memory follow them.
+    let memory = include_str!("kernels/memory.wgsl");
+    let rules = memory.split_once("@group").map_or(memory, |(rules, _)| rules);
+    let files = [
+        include_str!("kernels/world.wgsl"),
+        include_str!("kernels/world_robot.wgsl"),
+        include_str!("kernels/world_box.wgsl"),
+        include_str!("kernels/world_meet.wgsl"),
+        include_str!("kernels/world_paths.wgsl"),
+        include_str!("kernels/world_newton.wgsl"),
+        include_str!("kernels/world_apply.wgsl"),
+    ];
+    source_of_robots() + rules + &files.concat()
 }
 
 #[cfg(test)]

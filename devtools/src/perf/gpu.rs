@@ -1,9 +1,10 @@
-//! Suite `gpu`: batches of trees, and of robots, on the graphics device. Every world is kicked, with ruptures, detachments, drag and tests on.
+//! Suite `gpu`: batches of trees, of robots, and of worlds with both, on the graphics device. Every world is kicked, with ruptures, detachments, drag and tests on.
 
 mod counters;
 mod robots;
 mod stems;
 mod warp;
+pub mod worlds;
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -115,6 +116,10 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
     for &(worlds, _) in targets {
         say(&bar, &format!("{worlds} robots"));
         rows.extend(robots::rows(&gpu, worlds)?);
+    }
+    for &(worlds, _) in targets {
+        say(&bar, &format!("{worlds} whole worlds"));
+        rows.extend(worlds::rows(&gpu, &topologies, worlds)?);
     }
     bar.finish_and_clear();
     let info = gpu.info();

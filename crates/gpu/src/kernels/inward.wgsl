@@ -300,6 +300,9 @@ fn eliminate(own: Link, row: u32, law: vec3f, drag: vec2f, body: Body, borne: Lo
         prepare(row, body, vec3f(i_11, i_12, i_22), armature, vec2f(y_1, y_2));
         return Load(array(angular_0, angular_1), array(h_0, h_1, h_2), array(linear_0, linear_1), n, f);
     }
+    if TOUCHES {
+        keep_link(row, own, body, vec3f(i_11, i_12, i_22));
+    }
     let e_1 = i_11 * y_1 + i_12 * y_2;
     let e_2 = i_12 * y_1 + i_22 * y_2;
     let left_at = work_at(row);

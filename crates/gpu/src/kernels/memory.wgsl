@@ -40,6 +40,7 @@ struct Rules {
     wind_x: f32,
     wind_y: f32,
     folding_speed: f32,
+    substep: u32,
 }
 
 @group(0) @binding(0) var<uniform> rules: Rules;

@@ -149,6 +149,9 @@ fn outward(part: u32, mode: u32) {
         tip.motion.b_v += cross(at_joint.b_w, d) + cross(at_joint.w, v_d);
         tip.p += d;
         let is_debris = (bits & STATE_DEBRIS) != 0u;
+        if TOUCHES {
+            keep_place(row, p_joint, is_debris);
+        }
         for (var k = first_fruit; k < last_fruit; k++) {
             let at = fruit_at(k);
             var stem = read_stem(at);

@@ -190,11 +190,7 @@ fn robot_frame(@builtin(workgroup_id) block: vec3u, @builtin(local_invocation_in
             for (var left = robot.substeps; left > 0u; left--) {
                 step_robot(f32(left - 1u) * robot.h);
             }
-            for (var dof = robot.dofs; dof > 0u; dof--) {
-                if !(is_finite(q(dof - 1u)) && is_finite(v(dof - 1u))) {
-                    quarantine(dof - 1u);
-                }
-            }
+            test_robot();
         } else {
             quarantine(ROBOT_DOFS);
         }
@@ -219,21 +215,44 @@ fn robot_reset(@builtin(workgroup_id) block: vec3u, @builtin(local_invocation_in
     store_world(block.x, lane);
 }
 
-// Advances a substep, after which `remaining` is left of the frame [s]. The servos' limits and stuck joints are foreseen; where one does not hold, the
-// substep is solved again with the limit as a constant effort, or with the joint slipping. Each time at least one joint more has its final law.
-fn step_robot(remaining: f32) {
-    move_links();
-    weigh_arm();
-    drive_servos(remaining);
-    assemble();
+// The servos' limits and stuck joints are foreseen; where one does not hold, the substep is solved again with the limit as a constant effort, or with the
+// joint slipping. Each time at least one joint more has its final law.
+fn solve_with_limits() {
     for (var tries = 0u; tries <= 2u * ROBOT_ARM; tries++) {
         solve();
         if !cap_overshoot() {
             break;
         }
     }
+}
+
+// Advances a substep, after which `remaining` is left of the frame [s].
+fn step_robot(remaining: f32) {
+    begin_robot(remaining);
+    solve_with_limits();
+    move_joints();
+}
+
+// Sets up the system of a substep.
+fn begin_robot(remaining: f32) {
+    move_links();
+    weigh_arm();
+    drive_servos(remaining);
+    assemble();
+}
+
+fn move_joints() {
     for (var dof = 0u; dof < robot.dofs; dof++) {
         state[ROBOT_Q + dof] = new_q(dof);
         state[ROBOT_V + dof] = new_v(dof);
+    }
+}
+
+// Stops the world if its state is not finite.
+fn test_robot() {
+    for (var dof = robot.dofs; dof > 0u; dof--) {
+        if !(is_finite(q(dof - 1u)) && is_finite(v(dof - 1u))) {
+            quarantine(dof - 1u);
+        }
     }
 }

@@ -190,15 +190,24 @@ fn couple() {
     }
 }
 
+// Impulse on a joint, and its diagonal entry of the matrix, under the present servos and losses.
+fn driven(i: u32) -> vec2f {
+    let servo = servos[i];
+    let loss = losses[i];
+    let damping = servo.damping + loss.damping + loss.stuck / robot.creep;
+    let stretch = q(i) - servo.rest + robot.h * v(i);
+    return vec2f(
+        impulse[i] + robot.h * (servo.torque + loss.torque - damping * v(i) - servo.stiffness * stretch),
+        matrix[entry(i, i)] + robot.h * (damping + robot.h * servo.stiffness),
+    );
+}
+
 // Solves the substep for the changes of the velocities, under the present servos and losses.
 fn solve() {
     for (var i = 0u; i < robot.dofs; i++) {
-        let servo = servos[i];
-        let loss = losses[i];
-        let damping = servo.damping + loss.damping + loss.stuck / robot.creep;
-        let stretch = q(i) - servo.rest + robot.h * v(i);
-        var rest = impulse[i] + robot.h * (servo.torque + loss.torque - damping * v(i) - servo.stiffness * stretch);
-        var pivot = matrix[entry(i, i)] + robot.h * (damping + robot.h * servo.stiffness);
+        let own = driven(i);
+        var rest = own.x;
+        var pivot = own.y;
         for (var j = 0u; j < i; j++) {
             var sum = matrix[entry(j, i)];
             for (var k = 0u; k < j; k++) {

@@ -219,19 +219,24 @@ fn drivetrain_loss(arm: ArmJoint, inertia: f32, drive: Servo, load: f32) -> Loss
 fn cap_overshoot() -> bool {
     var is_capped = false;
     for (var joint = 0u; joint < robot.arm_joints; joint++) {
-        let arm = robot.arm[joint];
-        let drive = servos[arm.dof];
-        let end = new_v(arm.dof);
-        let exerted = drive.stiffness * (drive.rest - new_q(arm.dof)) - drive.damping * end + drive.torque;
-        if abs(exerted) > arm.effort {
-            servos[arm.dof] = constant_effort(with_sign(arm.effort, exerted));
-            is_capped = true;
-        }
-        let loss = losses[arm.dof];
-        if loss.stuck > 0.0 && abs(end) > robot.creep {
-            losses[arm.dof] = Loss(loss.torque - with_sign(loss.stuck, end), loss.damping, 0.0);
-            is_capped = true;
-        }
+        is_capped |= cap_joint(robot.arm[joint]);
+    }
+    return is_capped;
+}
+
+fn cap_joint(arm: ArmJoint) -> bool {
+    var is_capped = false;
+    let drive = servos[arm.dof];
+    let end = new_v(arm.dof);
+    let exerted = drive.stiffness * (drive.rest - new_q(arm.dof)) - drive.damping * end + drive.torque;
+    if abs(exerted) > arm.effort {
+        servos[arm.dof] = constant_effort(with_sign(arm.effort, exerted));
+        is_capped = true;
+    }
+    let loss = losses[arm.dof];
+    if loss.stuck > 0.0 && abs(end) > robot.creep {
+        losses[arm.dof] = Loss(loss.torque - with_sign(loss.stuck, end), loss.damping, 0.0);
+        is_capped = true;
     }
     return is_capped;
 }

@@ -19,7 +19,7 @@ fields! {
         FINGER_TARGET = 52,
         /// Frame in which the world was stopped; 0 while it runs.
         STOPPED = 54,
-        /// Degree of freedom that was not finite then; [`robot::DOFS`] for a command.
+        /// Degree of freedom that was not finite then; [`robot::DOFS`] for a command, [`robot::OF_TREE`] for the tree of its world.
         FAULT = 55,
         /// Number of fields.
         FIELDS = 56,
@@ -31,6 +31,8 @@ fields! {
         FINGERS = 2,
         /// Largest number of couplings.
         COUPLINGS = 4,
+        /// Fault of a world whose tree was stopped.
+        OF_TREE = 17,
     }
     /// Command of a robot: `[block][quad][lane][4]`.
     command {

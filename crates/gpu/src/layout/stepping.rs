@@ -304,8 +304,10 @@ fields! {
         LINKS = 8,
         /// First row of each part, from the trunk's on; the last number is that of all rows (20).
         STARTS = 9,
+        /// First quad of what contacts with a robot need of the links ([`touch`]) in the work buffer, in worlds that have one.
+        TOUCHES = 29,
         /// Number of fields.
-        FIELDS = 29,
+        FIELDS = 30,
     }
     /// Bits of the first word of an operation: the parent of a link, and the places where its tip is stored.
     first {

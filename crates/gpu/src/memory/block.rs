@@ -97,6 +97,7 @@ impl Memory {
             (tile::WORK, rows * work::FIELDS),
             (tile::LEAVES, most(&all, |schedule| schedule.leaves) * leaf::FIELDS),
             (tile::SLOTS, WARPS * slots * slot),
+            (tile::TOUCHES, rows * self.laws.touch_fields()),
         ] {
             header[field] = at as u32;
             at += size / QUAD * LANES;

@@ -9,7 +9,8 @@ use crate::table::BaseTree;
 use crate::{BatchError, Solver};
 
 /// Fields of a tile's header that are places in the work buffer: they grow from tile to tile.
-const WORK_PLACES: [usize; 5] = [tile::WORK, tile::LEAVES, tile::SLOTS, tile::CROSS_FORKS, tile::CROSS_LOADS];
+const WORK_PLACES: [usize; 6] =
+    [tile::WORK, tile::LEAVES, tile::SLOTS, tile::CROSS_FORKS, tile::CROSS_LOADS, tile::TOUCHES];
 
 impl Memory {
     /// Creates `count` copies of a base, with the table from which they are drawn later. The base is packed once and copied; lanes after the last world hold

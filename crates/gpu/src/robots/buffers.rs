@@ -10,9 +10,11 @@ use crate::layout::LANES;
 
 /// Buffers of a batch of robots.
 #[derive(Debug)]
-pub(super) struct RobotBuffers {
+pub(crate) struct RobotBuffers {
     pub robots: wgpu::Buffer,
-    commands: wgpu::Buffer,
+    pub commands: wgpu::Buffer,
+    /// The table.
+    pub constants: wgpu::Buffer,
     bindings: wgpu::BindGroup,
     groups: u32,
 }
@@ -49,7 +51,7 @@ impl RobotBuffers {
             layout,
             entries: &entries,
         });
-        Ok(Self { robots, commands, bindings, groups: groups as u32 })
+        Ok(Self { robots, commands, constants, bindings, groups: groups as u32 })
     }
 
     pub fn send_commands(&self, gpu: &Gpu, commands: &[f32]) {

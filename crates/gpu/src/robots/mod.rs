@@ -2,7 +2,7 @@
 
 mod buffers;
 pub(crate) mod pipelines;
-mod table;
+pub(crate) mod table;
 
 use orchard_batch::{Fault, Quarantine, Status};
 use orchard_multibody::{Data, Model};
@@ -29,10 +29,10 @@ const LARGEST_COMMAND: f64 = 1e9;
 #[derive(Debug)]
 pub struct RobotBatch {
     gpu: Gpu,
-    alone: Alone,
+    pub(crate) alone: Alone,
     start_command: Command,
     worlds: usize,
-    buffers: RobotBuffers,
+    pub(crate) buffers: RobotBuffers,
     /// States as they were read last.
     states: Vec<f32>,
     commands: Vec<f32>,
@@ -121,14 +121,19 @@ impl RobotBatch {
 
     /// Submits whole frames of every world to the device and returns at once. Reading results waits for them.
     pub fn advance(&mut self, frames: u32) {
-        if std::mem::take(&mut self.commands_changed) {
-            self.buffers.send_commands(&self.gpu, &self.commands);
-        }
+        self.send_inputs();
         let mut left = frames as usize;
         while left > 0 {
             let now = left.min(PASSES_AT_ONCE);
             self.buffers.run(&self.gpu, RobotPass::Frame, now);
             left -= now;
+        }
+    }
+
+    /// Sends the commands, if they have changed.
+    pub(crate) fn send_inputs(&mut self) {
+        if std::mem::take(&mut self.commands_changed) {
+            self.buffers.send_commands(&self.gpu, &self.commands);
         }
     }
 
@@ -160,12 +165,18 @@ impl RobotBatch {
     /// # Errors
     /// The device was lost.
     pub fn status(&mut self, world: usize) -> Result<Status, GpuError> {
+        Ok(self.own_status(world)?.unwrap_or(Status::Running))
+    }
+
+    /// As [`Self::status`]; `None` if the world was stopped because of its tree.
+    pub(crate) fn own_status(&mut self, world: usize) -> Result<Option<Status>, GpuError> {
         self.fetch(world)?;
         let bits = |field| self.number(world, field).to_bits();
         Ok(match (bits(robot::STOPPED), bits(robot::FAULT) as usize) {
-            (0, _) => Status::Running,
-            (frame, robot::DOFS) => Status::Quarantined(Quarantine { frame, fault: Fault::Command }),
-            (frame, dof) => Status::Quarantined(Quarantine { frame, fault: Fault::Robot { dof } }),
+            (0, _) => Some(Status::Running),
+            (_, robot::OF_TREE) => None,
+            (frame, robot::DOFS) => Some(Status::Quarantined(Quarantine { frame, fault: Fault::Command })),
+            (frame, dof) => Some(Status::Quarantined(Quarantine { frame, fault: Fault::Robot { dof } })),
         })
     }
 

@@ -135,9 +135,9 @@ impl Inertia {
 
 /// A frame on a link, or on the ground.
 #[derive(Debug, Clone, Copy)]
-struct Place {
-    link: i32,
-    x_link_frame: Pose,
+pub(crate) struct Place {
+    pub link: i32,
+    pub x_link_frame: Pose,
 }
 
 impl Place {
@@ -169,7 +169,8 @@ impl Alone {
     }
 }
 
-fn refused(robot: &RobotModel, why: &str) -> BatchError {
+/// Error: the kernels cannot step a robot.
+pub(crate) fn refused(robot: &RobotModel, why: &str) -> BatchError {
     BatchError::Robot { robot: robot.articulation().name.clone(), why: why.to_owned() }
 }
 
@@ -247,8 +248,11 @@ impl Table {
         Ok(table)
     }
 
-    /// Splits the bodies into links with one degree of freedom each, about or along their z. A link has the number of its degree of freedom.
-    fn set_links(&mut self, model: &Model) -> Result<(), String> {
+    /// Splits the bodies into links with one degree of freedom each, about or along their z. A link has the number of its degree of freedom. Returns the place of each body's frame.
+    ///
+    /// # Errors
+    /// A joint is of a kind that the kernels lack.
+    pub fn set_links(&mut self, model: &Model) -> Result<Vec<Place>, String> {
         let ground = Place { link: Place::GROUND, x_link_frame: Pose::identity() };
         let mut places: Vec<Place> = Vec::with_capacity(model.bodies().len());
         for (body, id) in model.bodies().iter().zip(model.body_ids()) {
@@ -281,7 +285,7 @@ impl Table {
             }
             places.push(Place { link, x_link_frame });
         }
-        Ok(())
+        Ok(places)
     }
 
     fn set_base(&mut self, joint: &BaseJoint<usize>, servo: &BaseServo) {

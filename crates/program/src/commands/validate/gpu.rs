@@ -1,6 +1,7 @@
-//! Suite `gpu`: trees and robots on the graphics device against the same trees and robots in f64.
+//! Suite `gpu`: trees, robots, and worlds of both, on the graphics device against the same in f64.
 
 mod robots;
+mod worlds;
 
 use std::sync::Arc;
 
@@ -126,6 +127,7 @@ fn measure_on(gpu: &Gpu) -> anyhow::Result<Measured> {
         ]);
     }
     rows.extend(robots::rows(gpu, gentle)?);
+    rows.extend(worlds::rows(gpu, gentle)?);
     rows.push(if is_software { enough } else { enough.at_least(EVENTS) });
     rows.extend(broken.rows("gpu.events"));
     rows.push(row("gpu.stems.events", released.all as f64, "events"));

@@ -1,0 +1,54 @@
+// One substep of worlds with a robot, in two passes: the contacts are solved between the way in and the way out. `frame` does both in one pass, without contacts.
+
+// Goes inwards, level by level; first step 0 of `frame` in the first substep of a frame.
+@compute @workgroup_size(LANES * TEAM)
+fn substep_inward(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {
+    let runs = enter_substep(group.x, thread);
+    let is_stale = rules.substep == 0u && (bitcast<u32>(world(WORLD_NOTICE)) & NOTICE_STALE) != 0u;
+    let warp = thread / LANES;
+    for (var level = 0u; level <= LEVELS; level++) {
+        if runs && is_stale && (level > 0u || warp == 0u) {
+            outward(part_of(level, warp), LOOK);
+        }
+        storageBarrier();
+    }
+    for (var inner = 0u; inner <= LEVELS; inner++) {
+        let level = LEVELS - inner;
+        if runs && (level > 0u || warp == 0u) {
+            inward(part_of(level, warp));
+        }
+        storageBarrier();
+    }
+}
+
+// Goes outwards; at the end of a frame with its tests.
+@compute @workgroup_size(LANES * TEAM)
+fn substep_outward(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {
+    let runs = enter_substep(group.x, thread);
+    let is_last = rules.substep + 1u == rules.substeps;
+    let warp = thread / LANES;
+    found_notice = 0u;
+    found_peak = 0.0;
+    for (var level = 0u; level <= LEVELS; level++) {
+        if runs && (level > 0u || warp == 0u) {
+            outward(part_of(level, warp), select(ADVANCE, TEST, is_last));
+        }
+        storageBarrier();
+    }
+    if is_last {
+        conclude(thread, runs);
+    }
+}
+
+// Sets a thread to its world and this substep; true if the world runs.
+fn enter_substep(tile: u32, thread: u32) -> bool {
+    enter(tile, thread / LANES, thread % LANES);
+    substep = rules.substep;
+    damping_time = rules.damped * world(WORLD_DAMPING_TIME);
+    return is_there() && bitcast<u32>(world(WORLD_STOPPED)) == 0u;
+}
+
+// Part of a warp in a level.
+fn part_of(level: u32, warp: u32) -> u32 {
+    return select((level - 1u) * WARPS + warp + 1u, 0u, level == 0u);
+}

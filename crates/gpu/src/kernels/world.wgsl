@@ -1,0 +1,102 @@
+// Whole worlds: memory that robots, contacts and trees share (`layout::worlds`). The robots' kernels precede this file, and the struct `Rules` of the trees'.
+
+@group(0) @binding(3) var<uniform> rules: Rules;
+@group(0) @binding(4) var<storage, read> tables: array<vec4u>;
+@group(0) @binding(5) var<storage, read_write> meetings: array<vec4f>;
+@group(0) @binding(6) var<storage, read_write> works: array<vec4f>;
+@group(0) @binding(7) var<storage, read_write> fruits: array<vec4f>;
+@group(0) @binding(8) var<storage, read_write> worlds: array<f32>;
+
+// The segment above the root.
+const NO_PARENT: u32 = 0xffffu;
+
+// A world's places in the trees' buffers, its robot's start, and its sizes.
+struct Place {
+    touch: u32,
+    work: u32,
+    fruit: u32,
+    world: u32,
+    turn: vec2f,
+    p: vec3f,
+    segments: u32,
+    fruits: u32,
+}
+
+var<private> world_index: u32;
+var<private> place: Place;
+
+// Sets these for a world.
+fn enter_world(index: u32) {
+    world_index = index;
+    let at = place_at();
+    let a = tables[at];
+    let b = tables[at + 1u];
+    let c = tables[at + 2u];
+    let start = bitcast<vec4f>(b);
+    place = Place(a.x, a.y, a.z, a.w, start.xy, vec3f(start.zw, bitcast<f32>(c.x)), c.y, c.z);
+}
+
+fn head(field: u32) -> u32 {
+    return tables[field / QUAD][field % QUAD];
+}
+
+fn place_at() -> u32 {
+    return head(HEAD_PLACES) + world_index * head(HEAD_PLACE);
+}
+
+// Rows and parents of a segment, or of a fruit behind all segments: the row below, the segment that bears it above.
+fn row_word(collider: u32) -> u32 {
+    return tables[place_at() + PLACE_FIELDS / QUAD + collider / QUAD][collider % QUAD];
+}
+
+fn system_at(field: u32) -> u32 {
+    return ((world_index / LANES) * (SYSTEM_FIELDS / QUAD) + field / QUAD) * LANES + world_index % LANES;
+}
+
+fn system(field: u32) -> f32 {
+    return meetings[system_at(field)][field % QUAD];
+}
+
+// First quad of what a world keeps of its contacts.
+fn record_at() -> u32 {
+    return head(HEAD_RECORDS) + world_index * head(HEAD_RECORD);
+}
+
+fn contact_at(contact: u32) -> u32 {
+    return record_at() + (MEETING_FIELDS + contact * CONTACT_FIELDS) / QUAD;
+}
+
+// Responses of the robot's joints to a unit impulse along a row.
+fn response_at(row: u32) -> u32 {
+    return record_at() + (MEETING_FIELDS + MEETING_MOST_CONTACTS * CONTACT_FIELDS + row * ROBOT_DOFS) / QUAD;
+}
+
+fn path_at(contact: u32, step: u32) -> u32 {
+    return response_at(3u * MEETING_MOST_CONTACTS) + (contact * head(HEAD_DEPTH) + step) * (PATH_FIELDS / QUAD);
+}
+
+// Fields of a link of the tree, and of a fruit.
+fn touch(row: u32, field: u32) -> vec4f {
+    return works[place.touch + (row * (TOUCH_FIELDS / QUAD) + field / QUAD) * LANES];
+}
+
+fn work_at(row: u32, field: u32) -> u32 {
+    return place.work + (row * (WORK_FIELDS / QUAD) + field / QUAD) * LANES;
+}
+
+fn fruit_at(row: u32, field: u32) -> u32 {
+    return place.fruit + (row * (FRUIT_FIELDS / QUAD) + field / QUAD) * LANES;
+}
+
+fn fruit(row: u32, field: u32) -> vec4f {
+    return fruits[fruit_at(row, field)];
+}
+
+fn world_at(field: u32) -> u32 {
+    return place.world + field * LANES;
+}
+
+// A vector of odom, in the world.
+fn in_world(v: vec3f) -> vec3f {
+    return vec3f(place.turn.x * v.x - place.turn.y * v.y, place.turn.y * v.x + place.turn.x * v.y, v.z);
+}

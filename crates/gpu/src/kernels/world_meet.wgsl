@@ -1,0 +1,338 @@
+// Contacts of a world's robot with wood and hanging fruit in a substep, after both have set up their systems and before they move. A workgroup is a world.
+// The law and its solution are those of `orchard_multibody::contact`.
+
+// A collider of the robot, placed in the world.
+struct Solid {
+    kind: u32,
+    link: i32,
+    friction: vec2f,
+    stiffness: vec2f,
+    radius: f32,
+    length: f32,
+    half: vec3f,
+    p: vec3f,
+    x: vec3f,
+    y: vec3f,
+    z: vec3f,
+}
+
+// A frame of the robot with its motion.
+struct Moving {
+    p: vec3f,
+    y: vec3f,
+    z: vec3f,
+    w: vec3f,
+    v: vec3f,
+}
+
+// Motion of the robot's links, five quads each.
+var<workgroup> moving_links: array<vec4f, ROBOT_DOFS * SYSTEM_LINK_FIELDS / QUAD>;
+// Ball about each collider of the robot: centre and radius.
+var<workgroup> balls: array<vec4f, COLLIDER_MOST>;
+var<workgroup> pairs: array<u32, MEETING_MOST_PAIRS>;
+var<workgroup> counts: array<u32, LANES>;
+var<workgroup> agreed: u32;
+// The contacts: numbers of their colliders, place, normal, gap.
+var<workgroup> contact_pair: array<u32, MEETING_MOST_CONTACTS>;
+var<workgroup> contact_p: array<vec3f, MEETING_MOST_CONTACTS>;
+var<workgroup> contact_n: array<vec3f, MEETING_MOST_CONTACTS>;
+var<workgroup> contact_gap: array<f32, MEETING_MOST_CONTACTS>;
+// First the touches of all pairs, nine numbers each; then the inverse inertia of the contacts: blocks of nine numbers, row after row, up to the diagonal.
+var<workgroup> large: array<f32, MEETING_MOST_CONTACTS * (MEETING_MOST_CONTACTS + 1u) / 2u * 9u>;
+
+const TOUCH_NUMBERS: u32 = 9u;
+
+// Number of the thread, and of the contacts, the same in all threads.
+var<private> thread: u32;
+var<private> contacts: u32;
+
+@compute @workgroup_size(LANES)
+fn meet(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) own_thread: u32) {
+    thread = own_thread;
+    enter_world(group.x);
+    if !agree(bitcast<u32>(worlds[world_at(WORLD_STOPPED)]) == 0u) {
+        return;
+    }
+    place_robot();
+    let pair_count = find_pairs();
+    let touch_count = find_touches(pair_count);
+    contacts = shared_number(choose_contacts(touch_count));
+    if thread == 0u {
+        meetings[system_at(SYSTEM_CONTACTS)] = vec4f(bitcast<f32>(contacts), 0.0, 0.0, 0.0);
+        note_losses(pair_count, touch_count);
+    }
+    if contacts > 0u {
+        answer();
+    }
+}
+
+// True if it is true in the first thread; a barrier.
+fn agree(is_so: bool) -> bool {
+    return shared_number(select(0u, 1u, is_so)) != 0u;
+}
+
+// The number of the first thread; a barrier.
+fn shared_number(own: u32) -> u32 {
+    if thread == 0u {
+        agreed = own;
+    }
+    return workgroupUniformLoad(&agreed);
+}
+
+// Numbers of all threads before this one, and of all; two barriers.
+fn before_and_all(own: u32) -> vec2u {
+    counts[thread] = own;
+    workgroupBarrier();
+    var sums = vec2u(0u);
+    for (var k = 0u; k < LANES; k++) {
+        sums += vec2u(select(0u, counts[k], k < thread), counts[k]);
+    }
+    workgroupBarrier();
+    return sums;
+}
+
+// Motion of a link of the robot, or of odom on the ground.
+fn moving(link: i32) -> Moving {
+    if link < 0 {
+        return Moving(place.p, in_world(unit(1u)), unit(2u), vec3f(0.0), vec3f(0.0));
+    }
+    let at = u32(link) * (SYSTEM_LINK_FIELDS / QUAD);
+    return Moving(
+        moving_links[at].xyz,
+        moving_links[at + 1u].xyz,
+        moving_links[at + 2u].xyz,
+        moving_links[at + 3u].xyz,
+        moving_links[at + 4u].xyz,
+    );
+}
+
+fn collider_at(solid: u32) -> u32 {
+    return (HEAD_FIELDS + solid * COLLIDER_FIELDS) / QUAD;
+}
+
+fn collider_quad(solid: u32, field: u32) -> vec4u {
+    return tables[collider_at(solid) + field / QUAD];
+}
+
+fn link_of_solid(solid: u32) -> i32 {
+    return bitcast<i32>(collider_quad(solid, COLLIDER_KIND).y);
+}
+
+fn placed_solid(solid: u32) -> Solid {
+    let a = collider_quad(solid, COLLIDER_KIND);
+    let b = bitcast<vec4f>(collider_quad(solid, COLLIDER_STIFFNESS));
+    let c = bitcast<vec4f>(collider_quad(solid, COLLIDER_HALF));
+    let on = moving(bitcast<i32>(a.y));
+    let axes = mat3x3f(cross(on.y, on.z), on.y, on.z);
+    var columns: array<vec3f, 4>;
+    for (var k = 0u; k < 4u; k++) {
+        columns[k] = axes * bitcast<vec4f>(collider_quad(solid, COLLIDER_P + QUAD * k)).xyz;
+    }
+    return Solid(
+        a.x, bitcast<i32>(a.y), bitcast<vec2f>(a.zw), b.xy, b.z, b.w, c.xyz,
+        on.p + columns[0], columns[1], columns[2], columns[3],
+    );
+}
+
+// Reads the motion of the robot, and places the balls about its colliders; a barrier at the end.
+fn place_robot() {
+    for (var k = thread; k < robot.dofs * (SYSTEM_LINK_FIELDS / QUAD); k += LANES) {
+        moving_links[k] = meetings[system_at(SYSTEM_LINK + QUAD * k)];
+    }
+    workgroupBarrier();
+    if thread < head(HEAD_COLLIDERS) {
+        let on = moving(link_of_solid(thread));
+        let centre = bitcast<vec3f>(collider_quad(thread, COLLIDER_CENTRE).xyz);
+        let bound = bitcast<f32>(collider_quad(thread, COLLIDER_HALF).w);
+        balls[thread] = vec4f(on.p + mat3x3f(cross(on.y, on.z), on.y, on.z) * centre, bound);
+    }
+    workgroupBarrier();
+}
+
+// A collider of the tree as a capsule: start, axis, radius; the radius is negative if the robot does not meet it.
+struct Round {
+    p: vec3f,
+    along: vec3f,
+    radius: f32,
+}
+
+fn round_of(collider: u32) -> Round {
+    let row = row_word(collider) & 0xffffu;
+    if collider < place.segments {
+        let start = touch(row, TOUCH_P);
+        let axis = touch(row, TOUCH_Z);
+        return Round(start.xyz, axis.xyz * axis.w, start.w);
+    }
+    let p = fruit(row, FRUIT_P);
+    let hangs = bitcast<u32>(p.w) == 0u && fruit(row, FRUIT_STIFFNESS).x > 0.0;
+    return Round(p.xyz, vec3f(0.0), select(-1.0, fruit(row, FRUIT_MASS).y, hangs));
+}
+
+// Finds the pairs whose surfaces may be nearer than the margin, in the order of their colliders; returns their number, for all of which there may be no room.
+fn find_pairs() -> u32 {
+    let margin = bitcast<f32>(head(HEAD_MARGIN));
+    let solids = head(HEAD_COLLIDERS);
+    let colliders = place.segments + place.fruits;
+    var found = 0u;
+    for (var first = 0u; first < colliders; first += LANES) {
+        var near = 0u;
+        if first + thread < colliders {
+            let own = round_of(first + thread);
+            let square = dot(own.along, own.along);
+            for (var solid = 0u; solid < solids && own.radius >= 0.0; solid++) {
+                let ball = balls[solid];
+                let apart = ball.xyz - own.p;
+                let away = apart - own.along * clamped(dot(apart, own.along), square);
+                let reach = ball.w + own.radius + margin;
+                near |= select(0u, 1u << solid, dot(away, away) < reach * reach);
+            }
+        }
+        let places = before_and_all(countOneBits(near));
+        var at = found + places.x;
+        while near != 0u {
+            let solid = firstTrailingBit(near);
+            near &= near - 1u;
+            if at < MEETING_MOST_PAIRS {
+                pairs[at] = (first + thread) * COLLIDER_MOST + solid;
+            }
+            at++;
+        }
+        found += places.y;
+    }
+    return shared_number(found);
+}
+
+// Contact points of a pair.
+fn touch_pair(pair: u32) {
+    touches_found = 0u;
+    let margin = bitcast<f32>(head(HEAD_MARGIN));
+    let own = round_of(pair / COLLIDER_MOST);
+    let solid = placed_solid(pair % COLLIDER_MOST);
+    if solid.kind != SOLID_BOX {
+        round_round(own.p, own.along, own.radius, solid.p, solid.z * solid.length, solid.radius);
+        return;
+    }
+    let axes = mat3x3f(solid.x, solid.y, solid.z);
+    let a = (own.p - solid.p) * axes;
+    if pair / COLLIDER_MOST < place.segments {
+        capsule_box(a, a + own.along * axes, own.radius, solid.half, margin);
+    } else {
+        sphere_box(a, own.radius, solid.half);
+    }
+    for (var k = 0u; k < touches_found; k++) {
+        touches[k].p = solid.p + axes * touches[k].p;
+        touches[k].n = axes * touches[k].n;
+    }
+}
+
+// Velocity of a point of the tree's collider against that of the robot's.
+fn relative_velocity(pair: u32, p: vec3f) -> vec3f {
+    let collider = pair / COLLIDER_MOST;
+    let row = row_word(collider) & 0xffffu;
+    let on = moving(link_of_solid(pair % COLLIDER_MOST));
+    var v: vec3f;
+    if collider < place.segments {
+        v = touch(row, TOUCH_V).xyz + cross(touch(row, TOUCH_W).xyz, p - touch(row, TOUCH_P).xyz);
+    } else {
+        v = fruit(row, FRUIT_V).xyz;
+    }
+    return v - (on.v + cross(on.w, p - on.p));
+}
+
+// Finds the contact points of all pairs within the margin, with their gap at the end of the substep if no velocity changed; returns their number.
+fn find_touches(pair_count: u32) -> u32 {
+    let margin = bitcast<f32>(head(HEAD_MARGIN));
+    let known = min(pair_count, MEETING_MOST_PAIRS);
+    var found = 0u;
+    for (var first = 0u; first < known; first += LANES) {
+        touches_found = 0u;
+        let is_pair = first + thread < known;
+        let pair = pairs[min(first + thread, known - 1u)];
+        if is_pair {
+            touch_pair(pair);
+        }
+        var kept = 0u;
+        for (var k = 0u; k < touches_found; k++) {
+            if touches[k].gap < margin {
+                touches[kept] = touches[k];
+                kept++;
+            }
+        }
+        let places = before_and_all(kept);
+        for (var k = 0u; k < kept; k++) {
+            let place_of_touch = found + places.x + k;
+            if place_of_touch < MEETING_MOST_TOUCHES {
+                let own = touches[k];
+                let at = place_of_touch * TOUCH_NUMBERS;
+                for (var axis = 0u; axis < 3u; axis++) {
+                    large[at + axis] = own.p[axis];
+                    large[at + 3u + axis] = own.n[axis];
+                }
+                large[at + 6u] = own.gap;
+                large[at + 7u] = own.gap + robot.h * dot(own.n, relative_velocity(pair, own.p));
+                large[at + 8u] = bitcast<f32>(pair);
+            }
+        }
+        found += places.y;
+    }
+    return shared_number(found);
+}
+
+// Keeps the contact points that will be nearest at the end of the substep, in their order; returns their number. A barrier at the end.
+fn choose_contacts(touch_count: u32) -> u32 {
+    let known = min(touch_count, MEETING_MOST_TOUCHES);
+    for (var own = thread; own < known; own += LANES) {
+        let ahead = large[own * TOUCH_NUMBERS + 7u];
+        var place_of_contact = 0u;
+        var nearer = 0u;
+        for (var k = 0u; k < known; k++) {
+            if is_nearer(k, own) {
+                nearer++;
+            }
+        }
+        if nearer >= MEETING_MOST_CONTACTS {
+            continue;
+        }
+        for (var k = 0u; k < own; k++) {
+            place_of_contact += select(0u, 1u, known <= MEETING_MOST_CONTACTS || rank_of(k, known) < MEETING_MOST_CONTACTS);
+        }
+        let at = own * TOUCH_NUMBERS;
+        contact_pair[place_of_contact] = bitcast<u32>(large[at + 8u]);
+        contact_p[place_of_contact] = vec3f(large[at], large[at + 1u], large[at + 2u]);
+        contact_n[place_of_contact] = vec3f(large[at + 3u], large[at + 4u], large[at + 5u]);
+        contact_gap[place_of_contact] = large[at + 6u];
+    }
+    workgroupBarrier();
+    return min(known, MEETING_MOST_CONTACTS);
+}
+
+// True if a touch will be nearer than another; of equal ones the first is.
+fn is_nearer(touch: u32, other: u32) -> bool {
+    let a = large[touch * TOUCH_NUMBERS + 7u];
+    let b = large[other * TOUCH_NUMBERS + 7u];
+    return a < b || (a == b && touch < other);
+}
+
+// Number of touches that will be nearer.
+fn rank_of(touch: u32, known: u32) -> u32 {
+    var rank = 0u;
+    for (var k = 0u; k < known; k++) {
+        rank += select(0u, 1u, is_nearer(k, touch));
+    }
+    return rank;
+}
+
+// Counts what there was no room for.
+fn note_losses(pair_count: u32, touch_count: u32) {
+    let lost = max(pair_count, MEETING_MOST_PAIRS) - MEETING_MOST_PAIRS
+        + max(touch_count, MEETING_MOST_CONTACTS) - MEETING_MOST_CONTACTS;
+    var a = meetings[record_at()];
+    var b = meetings[record_at() + 1u];
+    a.x = bitcast<f32>(contacts);
+    a.y = bitcast<f32>(bitcast<u32>(a.y) + lost);
+    a.w = select(a.w, 0.0, contacts == 0u);
+    b.z = bitcast<f32>(max(bitcast<u32>(b.z), touch_count));
+    b.w = select(b.w, 0.0, contacts == 0u);
+    meetings[record_at()] = a;
+    meetings[record_at() + 1u] = b;
+}

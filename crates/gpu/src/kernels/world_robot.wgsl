@@ -1,0 +1,132 @@
+// The two halves of a robot's substep, before and after its contacts. A thread is a world.
+
+// Sets up the system of a substep; at the start of a frame, a world stops if its command is not finite or its tree has stopped, and its tree with it.
+@compute @workgroup_size(LANES)
+fn robot_begin(@builtin(workgroup_id) block: vec3u, @builtin(local_invocation_index) thread: u32) {
+    let index = block.x * LANES + thread;
+    if index >= robot.worlds {
+        return;
+    }
+    load_world(block.x, thread);
+    enter_world(index);
+    if rules.substep == 0u {
+        begin_frame();
+    }
+    if bits(ROBOT_STOPPED) == 0u {
+        begin_robot(f32(rules.substeps - 1u - rules.substep) * robot.h);
+        keep_system();
+    }
+    store_world(block.x, thread);
+}
+
+fn begin_frame() {
+    set_bits(ROBOT_FRAME, bits(ROBOT_FRAME) + 1u);
+    if bits(ROBOT_STOPPED) == 0u {
+        if bitcast<u32>(worlds[world_at(WORLD_STOPPED)]) != 0u {
+            quarantine(ROBOT_OF_TREE);
+        } else if !command_is_finite() {
+            quarantine(ROBOT_DOFS);
+        }
+    }
+    stop_tree();
+}
+
+// Stops the tree of a robot that has stopped.
+fn stop_tree() {
+    let at = world_at(WORLD_STOPPED);
+    if bits(ROBOT_STOPPED) != 0u && bitcast<u32>(worlds[at]) == 0u {
+        worlds[at] = state[ROBOT_STOPPED];
+    }
+}
+
+fn keep_system() {
+    for (var row = 0u; row < robot.dofs; row++) {
+        for (var column = row / QUAD * QUAD; column < robot.dofs; column += QUAD) {
+            let at = entry(row, column);
+            meetings[system_at(SYSTEM_MATRIX + at)] = vec4f(matrix[at], matrix[at + 1u], matrix[at + 2u], matrix[at + 3u]);
+        }
+        let own = servos[row];
+        meetings[system_at(SYSTEM_SERVO + QUAD * row)] = vec4f(own.stiffness, own.damping, own.rest, own.torque);
+        meetings[system_at(SYSTEM_LOSS + QUAD * row)] = vec4f(losses[row].torque, losses[row].damping, losses[row].stuck, 0.0);
+    }
+    for (var dof = 0u; dof < robot.dofs; dof += QUAD) {
+        meetings[system_at(SYSTEM_IMPULSE + dof)] = vec4f(impulse[dof], impulse[dof + 1u], impulse[dof + 2u], impulse[dof + 3u]);
+    }
+    keep_links();
+}
+
+// Keeps the motion of the links, in the world.
+fn keep_links() {
+    var origins: array<vec3f, ROBOT_DOFS>;
+    var velocities: array<vec3f, ROBOT_DOFS>;
+    for (var j = 0u; j < robot.dofs; j++) {
+        var p = r_parent[j];
+        var u = vec3f(0.0);
+        if robot.links[j].parent >= 0 {
+            let parent = u32(robot.links[j].parent);
+            p += origins[parent];
+            u = velocities[parent] + cross(omega[parent], r_parent[j]);
+        }
+        if robot.links[j].slides != 0u {
+            u += link_z[j] * v(j);
+        }
+        origins[j] = p;
+        velocities[j] = u;
+        let at = SYSTEM_LINK + SYSTEM_LINK_FIELDS * j;
+        meetings[system_at(at)] = vec4f(place.p + in_world(p), 0.0);
+        meetings[system_at(at + 4u)] = vec4f(in_world(link_y[j]), 0.0);
+        meetings[system_at(at + 8u)] = vec4f(in_world(link_z[j]), 0.0);
+        meetings[system_at(at + 12u)] = vec4f(in_world(omega[j]), 0.0);
+        meetings[system_at(at + 16u)] = vec4f(in_world(u), 0.0);
+    }
+}
+
+// Moves the joints by the changes that the contacts have left, or solves the substep without contacts.
+@compute @workgroup_size(LANES)
+fn robot_end(@builtin(workgroup_id) block: vec3u, @builtin(local_invocation_index) thread: u32) {
+    let index = block.x * LANES + thread;
+    if index >= robot.worlds {
+        return;
+    }
+    load_world(block.x, thread);
+    enter_world(index);
+    if bits(ROBOT_STOPPED) != 0u {
+        return;
+    }
+    if bitcast<u32>(system(SYSTEM_CONTACTS)) == 0u {
+        take_system();
+        solve_with_limits();
+    } else {
+        for (var dof = 0u; dof < robot.dofs; dof++) {
+            change[dof] = system(SYSTEM_CHANGE + dof);
+        }
+    }
+    move_joints();
+    if rules.substep + 1u == rules.substeps {
+        test_robot();
+        stop_tree();
+    }
+    store_world(block.x, thread);
+}
+
+fn take_system() {
+    for (var row = 0u; row < robot.dofs; row++) {
+        for (var column = row / QUAD * QUAD; column < robot.dofs; column += QUAD) {
+            let at = entry(row, column);
+            let four = meetings[system_at(SYSTEM_MATRIX + at)];
+            for (var k = 0u; k < QUAD; k++) {
+                matrix[at + k] = four[k];
+            }
+        }
+        take_drive(row);
+    }
+}
+
+// Impulse, servo and losses of a joint.
+fn take_drive(dof: u32) {
+    let own = meetings[system_at(SYSTEM_SERVO + QUAD * dof)];
+    let loss = meetings[system_at(SYSTEM_LOSS + QUAD * dof)];
+    servos[dof] = Servo(own.x, own.y, own.z, own.w);
+    losses[dof] = Loss(loss.x, loss.y, loss.z);
+    impulse[dof] = system(SYSTEM_IMPULSE + dof);
+}

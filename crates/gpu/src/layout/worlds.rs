@@ -1,0 +1,185 @@
+//! Fields of whole worlds: what the contacts of a robot with its tree need.
+
+fields! {
+    /// A link at the start of a substep, in worlds with a robot ([`crate::laws`]): the outward pass stores its place, the inward pass all else. Vectors are in the axes of the world.
+    touch {
+        /// Place of its joint [m] (3).
+        P = 0,
+        /// Radius of its wood [m]; negative on a broken limb, which the robot does not meet.
+        RADIUS = 3,
+        /// Direction of its axis (3).
+        Z = 4,
+        /// Length [m].
+        LENGTH = 7,
+        /// First axis of its joint (3). With D the joint's pivot, D^-1 = C C^T.
+        FIRST = 8,
+        /// C_11.
+        C_11 = 11,
+        /// Second axis of its joint (3).
+        SECOND = 12,
+        /// C_22.
+        C_22 = 15,
+        /// Angular velocity [rad/s] (3).
+        W = 16,
+        /// C_21.
+        C_21 = 19,
+        /// Velocity at its joint [m/s] (3).
+        V = 20,
+        /// Number of fields.
+        FIELDS = 24,
+    }
+    /// The system of a robot's substep, between its two halves: `[block][quad][lane][4]`, in the buffer of meetings.
+    system {
+        /// Matrix of the joints, without servos and losses: rows of 16, of which those from the diagonal on are used.
+        MATRIX = 0,
+        /// Impulses on the joints, without servos and losses ([`super::robot::DOFS`]).
+        IMPULSE = 256,
+        /// Servos: stiffness, damping, rest, torque, by joint.
+        SERVO = 272,
+        /// Losses: torque, damping, Coulomb friction that holds the joint, by joint; the fourth number is free.
+        LOSS = 336,
+        /// Motion of the links in the world: origin [m], second and third axis, angular velocity [rad/s], velocity of the origin [m/s]; 3 numbers each, the fourth is free.
+        LINK = 400,
+        /// Number of fields of a link's motion.
+        LINK_FIELDS = 20,
+        /// Changes of the joints' velocities, if there is a contact.
+        CHANGE = 720,
+        /// Number of contacts, as bits.
+        CONTACTS = 736,
+        /// Number of fields.
+        FIELDS = 740,
+    }
+    /// A world's record of its contacts: numbers, then [`contact`] by [`contact`], then 16 responses of the robot's joints for each row of a contact, then [`path`] by
+    /// [`path`], those of a contact from its link to the root.
+    meeting {
+        /// Number of contacts in the latest substep, as bits.
+        CONTACTS = 0,
+        /// Number of pairs, and of contacts, for which there was no room since the reset, as bits.
+        LOST = 1,
+        /// Number of solves since the reset that did not converge, as bits.
+        UNSOLVED = 2,
+        /// Number of Newton iterations in the latest substep, as bits.
+        ITERATIONS = 3,
+        /// Impulse of the robot on live wood since the reset [N s].
+        IMPULSE = 4,
+        /// Largest sum of its forces on live wood in a substep since the reset [N].
+        PEAK = 5,
+        /// Largest number of contact points of a substep since the reset, as bits.
+        MOST = 6,
+        /// Number of contacts that follow: those of the latest substep, as bits.
+        LAST = 7,
+        /// Number of fields before the contacts.
+        FIELDS = 8,
+        /// Largest number of pairs whose distance is computed in a substep.
+        MOST_PAIRS = 128,
+        /// Largest number of contact points of which the nearest are kept.
+        MOST_TOUCHES = 64,
+        /// Largest number of contacts that are solved.
+        MOST_CONTACTS = 20,
+    }
+    /// A contact point of the robot with wood or a fruit.
+    contact {
+        /// Impulse on wood or fruit in the substep [N s], world (3).
+        IMPULSE = 0,
+        /// Number of the collider of the tree times [`collider::MOST`] plus that of the robot's, as bits.
+        PAIR = 3,
+        /// Unit normal from robot to tree, world (3).
+        N = 4,
+        /// Distance of the surfaces [m].
+        GAP = 7,
+        /// Place halfway between the surfaces [m], world (3).
+        P = 8,
+        /// Number of fields.
+        FIELDS = 12,
+    }
+    /// Response of a joint of the tree to unit impulses along the three rows of a contact, in coordinates in which the system's matrix is 1.
+    path {
+        /// Three numbers for the first axis.
+        A = 0,
+        /// Three numbers for the second axis.
+        B = 3,
+        /// Segment, as bits.
+        SEGMENT = 6,
+        /// Number of fields.
+        FIELDS = 8,
+    }
+    /// A collider of the robot, in the table that all worlds read.
+    collider {
+        /// Shape ([`solid`]).
+        KIND = 0,
+        /// Link on which it is; all bits set for the ground.
+        LINK = 1,
+        /// Friction with wood, and with fruit.
+        FRICTION = 2,
+        /// Stiffness with wood, and with fruit [N/m].
+        STIFFNESS = 4,
+        /// Radius of a sphere or capsule [m].
+        RADIUS = 6,
+        /// Length of a capsule [m].
+        LENGTH = 7,
+        /// Half sides of a box [m] (3).
+        HALF = 8,
+        /// Radius of a ball about it [m].
+        BOUND = 11,
+        /// Place of its frame on the link [m] (3).
+        P = 12,
+        /// Axes of its frame on the link (3 each, the fourth number is free).
+        AXES = 16,
+        /// Centre of the ball about it on the link [m] (3).
+        CENTRE = 28,
+        /// Number of fields.
+        FIELDS = 32,
+        /// Largest number of colliders: bits of a word.
+        MOST = 32,
+    }
+    /// Shape of a collider of the robot.
+    solid {
+        /// Ball.
+        SPHERE = 0,
+        /// Capsule from the origin along z.
+        CAPSULE = 1,
+        /// Box about the origin.
+        BOX = 2,
+    }
+    /// First fields of the table that all worlds read, as whole numbers; the colliders follow, then what each world has of its own.
+    head {
+        /// Number of the robot's colliders.
+        COLLIDERS = 0,
+        /// Largest number of links between a tip and the root of a tree.
+        DEPTH = 1,
+        /// First quad of the records of worlds in the buffer of meetings, and their quads.
+        RECORDS = 2,
+        /// Quads of a record.
+        RECORD = 3,
+        /// First quad of what each world has of its own, and its quads.
+        PLACES = 4,
+        /// Quads of a world there.
+        PLACE = 5,
+        /// Distance from which on surfaces have a contact [m].
+        MARGIN = 6,
+        /// Number of fields.
+        FIELDS = 8,
+    }
+    /// A world's own part of that table. Behind these fields, for each segment, its row and above it the row bits the parent's segment (all set for the root); then
+    /// for each fruit its row and its segment likewise.
+    place {
+        /// First quad of the links' [`touch`] in the work buffer.
+        TOUCH = 0,
+        /// First quad of the links' [`super::work`] there.
+        WORK = 1,
+        /// First quad of the fruit.
+        FRUIT = 2,
+        /// First field of the world.
+        WORLD = 3,
+        /// Cosine and sine of the turn of odom about the vertical.
+        TURN = 4,
+        /// Place of odom [m] (3).
+        P = 6,
+        /// Number of segments.
+        SEGMENTS = 9,
+        /// Number of fruit.
+        FRUITS = 10,
+        /// Number of fields.
+        FIELDS = 12,
+    }
+}

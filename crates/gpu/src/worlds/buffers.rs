@@ -1,0 +1,67 @@
+//! Buffers of whole worlds besides those of their trees and robots.
+
+use wgpu::BufferUsages;
+
+use super::table::WorldTable;
+use crate::batch::GpuBatch;
+use crate::buffers::{allocated, check_limits, create_buffer};
+use crate::device::{Gpu, GpuError};
+use crate::layout::LANES;
+use crate::robots::RobotBatch;
+use crate::rules::Rules;
+
+/// Buffers of whole worlds, and the bindings of their kernels.
+#[derive(Debug)]
+pub(super) struct WorldBuffers {
+    pub meetings: wgpu::Buffer,
+    pub bindings: wgpu::BindGroup,
+}
+
+impl WorldBuffers {
+    /// Allocates the buffers and sends the table. The other one starts with zeros, as every new buffer does.
+    ///
+    /// # Errors
+    /// The batch does not fit into the device.
+    pub fn new(
+        gpu: &Gpu,
+        table: &WorldTable,
+        trees: &GpuBatch,
+        robots: &RobotBatch,
+    ) -> Result<Self, GpuError> {
+        let worlds = trees.len();
+        check_limits(gpu, worlds, 4 * table.meetings.max(table.words.len()), worlds)?;
+        let copied = BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
+        let of_worlds = |some: usize| {
+            let blocks = table.records * some.div_ceil(LANES) / worlds.div_ceil(LANES);
+            let words = table.words.len() * some / worlds;
+            [
+                create_buffer(gpu, "meetings", 4 * (blocks + some * table.record), copied),
+                create_buffer(gpu, "tables", 4 * words, copied),
+            ]
+        };
+        let each = 4 * (table.meetings + table.words.len()) / worlds;
+        let [meetings, tables] = allocated(gpu, worlds, each, of_worlds)?;
+        gpu.queue.write_buffer(&tables, 0, bytemuck::cast_slice(&table.words));
+        let (of_trees, of_robots) = (&trees.buffers, &robots.buffers);
+        let rules = wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+            buffer: &of_trees.rules,
+            offset: 0,
+            size: std::num::NonZeroU64::new(size_of::<Rules>() as u64),
+        });
+        let before = [&of_robots.constants, &of_robots.commands, &of_robots.robots];
+        let after = [&tables, &meetings, &of_trees.work, &of_trees.fruit, &of_trees.worlds];
+        let resources = before.map(wgpu::Buffer::as_entire_binding).into_iter();
+        let resources = resources.chain([rules]).chain(after.map(wgpu::Buffer::as_entire_binding));
+        let entries: Vec<_> = (0..)
+            .zip(resources)
+            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
+            .collect();
+        let layout = &gpu.world_pipelines().bindings;
+        let bindings = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: None,
+            layout,
+            entries: &entries,
+        });
+        Ok(Self { meetings, bindings })
+    }
+}

@@ -1,0 +1,247 @@
+//! Batches of whole worlds: in each a tree with its fruit, and a robot that touches them.
+
+mod buffers;
+mod meeting;
+pub(crate) mod pipelines;
+mod table;
+
+use orchard_batch::{BatchEvent, Plant, Status, TreeWorld};
+use orchard_geometry::{Pose, Vec3};
+use orchard_multibody::{Data, Model};
+use orchard_robot::{Command, RobotHandle, RobotModel};
+
+use crate::BatchError;
+use crate::batch::{GpuBatch, Options, Statistics};
+use crate::device::{Gpu, GpuError, WORKGROUP_STORAGE};
+use crate::laws::Laws;
+use crate::layout::LANES;
+use crate::pipelines::Pass;
+use crate::robots::RobotBatch;
+use crate::robots::table::{Table, refused};
+use crate::rules::Rules;
+use buffers::WorldBuffers;
+pub use meeting::{ContactPoint, Meeting};
+use pipelines::WorldPass;
+use table::WorldTable;
+
+/// Largest tilt of an odom frame: its z axis is as near to the vertical as rounding allows.
+const UPRIGHT: f64 = 1e-9;
+
+/// Worlds on level ground, each with a tree and a robot of one kind, which advance together on a graphics device. The robot touches live wood and hanging fruit by the law of
+/// `orchard_multibody::contact`; wood that it pushes breaks. Their state stays there; only what is asked for is read.
+///
+/// Trees hang their fruit on tethers, in still air (preset `paper`). The robot touches nothing else: neither fruit off their stems nor broken limbs, the ground or itself. The result of a world does not
+/// depend on the other worlds or on their number.
+#[derive(Debug)]
+pub struct WorldBatch {
+    gpu: Gpu,
+    trees: GpuBatch,
+    robots: RobotBatch,
+    buffers: WorldBuffers,
+    table: WorldTable,
+}
+
+impl WorldBatch {
+    /// Creates a batch with the state and the external forces of some trees, and in each world a robot in its start posture, at rest at `x_world_odom`, under the command that holds it.
+    ///
+    /// # Errors
+    /// The kernels cannot step a tree, or the robot; the trees differ in their rules; an odom frame is tilted; or the worlds do not fit into the device.
+    pub fn new(
+        gpu: &Gpu,
+        trees: &[TreeWorld],
+        robot: &RobotModel,
+        x_world_odom: &[Pose],
+    ) -> Result<Self, GpuError> {
+        if trees.len() != x_world_odom.len() || trees.is_empty() {
+            return Err(BatchError::Starts { starts: x_world_odom.len(), worlds: trees.len() }.into());
+        }
+        let has = gpu.device.limits().max_compute_workgroup_storage_size;
+        if has < WORKGROUP_STORAGE {
+            let why = format!(
+                "it has {has} bytes of workgroup memory; contacts of a robot need {WORKGROUP_STORAGE}"
+            );
+            return Err(GpuError::Unusable { adapter: gpu.info().name.clone(), why });
+        }
+        for (world, (tree, x_world_odom)) in trees.iter().zip(x_world_odom).enumerate() {
+            check(tree.plant(), x_world_odom).map_err(|why| BatchError::World { world, why })?;
+        }
+        let plants: Vec<&Plant> = trees.iter().map(|tree| &**tree.plant()).collect();
+        let sim = &plants[0].spec.sim;
+        let robots = RobotBatch::new(gpu, robot, sim, trees.len() as u32)?;
+        let batch = GpuBatch::over_tiles(gpu, trees, Options::default(), true)?;
+        let links: Result<_, String> = <Table as bytemuck::Zeroable>::zeroed().set_links(&robots.alone.model);
+        let links = links.map_err(|why| refused(robot, &why))?;
+        let table = WorldTable::new(&batch.memory, &plants, robot, &robots.alone, &links, x_world_odom)?;
+        let buffers = WorldBuffers::new(gpu, &table, &batch, &robots)?;
+        Ok(Self { gpu: gpu.clone(), trees: batch, robots, buffers, table })
+    }
+
+    /// Number of worlds.
+    pub fn len(&self) -> usize {
+        self.trees.len()
+    }
+
+    /// True if there is no world.
+    pub fn is_empty(&self) -> bool {
+        self.trees.is_empty()
+    }
+
+    /// Memory on the device \[bytes\].
+    pub fn bytes(&self) -> usize {
+        self.trees.bytes() + self.robots.bytes() + 4 * (self.table.meetings + self.table.words.len())
+    }
+
+    /// Sets the command of a world's robot, for every frame until it is changed. The valve of a suction cup is not used.
+    ///
+    /// # Errors
+    /// The command is for another number of arm joints.
+    pub fn command(&mut self, world: usize, given: &Command) -> Result<(), GpuError> {
+        self.robots.command(world, given)
+    }
+
+    /// Sets the external force \[N\] at, and torque [N m] about, a segment's centre of mass until changed. Returns false if the world has no room for another force.
+    #[must_use]
+    pub fn push(&mut self, world: usize, segment: usize, force_world: Vec3, torque_world: Vec3) -> bool {
+        self.trees.push(world, segment, force_world, torque_world)
+    }
+
+    /// Submits whole frames of every world to the device and returns at once. Reading results waits for them.
+    pub fn advance(&mut self, frames: u32) {
+        self.trees.send_inputs();
+        self.robots.send_inputs();
+        let first = self.trees.memory.rules.frame + 1;
+        self.trees.memory.rules.frame += frames;
+        let rules = self.trees.memory.rules;
+        let steps = (first..first + frames).flat_map(|frame| {
+            (0..rules.substeps).map(move |substep| {
+                let passes = if substep + 1 == rules.substeps { &SUBSTEP[..] } else { &SUBSTEP[..EVENTS] };
+                (Rules { frame, substep, ..rules }, passes)
+            })
+        });
+        let pipelines = self.gpu.world_pipelines();
+        let worlds = self.len() as u32;
+        let blocks = worlds.div_ceil(LANES as u32);
+        self.trees.run_each(steps, |pass, rules, kind| {
+            let (pipeline, groups) = match kind {
+                WorldPass::Trees(kind) => return self.trees.dispatch(pass, rules, kind),
+                WorldPass::RobotBegin => (&pipelines.robot_begin, blocks),
+                WorldPass::Meet => (&pipelines.meet, worlds),
+                WorldPass::RobotEnd => (&pipelines.robot_end, blocks),
+            };
+            pass.set_bind_group(0, &self.buffers.bindings, &[rules]);
+            pass.set_pipeline(pipeline);
+            pass.dispatch_workgroups(groups, 1, 1);
+        });
+    }
+
+    /// Resets some worlds while the others stay as they are: the tree as [`GpuBatch::reset`] does, the robot at its start posture, at rest, under the command that holds it.
+    pub fn reset(&mut self, worlds: &[usize]) {
+        self.trees.reset(worlds);
+        self.robots.reset(worlds);
+        let zeros = [0.0_f32; crate::layout::meeting::FIELDS];
+        for &world in worlds {
+            let at = 4 * (self.table.records + world * self.table.record) as u64;
+            self.gpu.queue.write_buffer(&self.buffers.meetings, at, bytemuck::cast_slice(&zeros));
+        }
+    }
+
+    /// Waits until all frames are done.
+    ///
+    /// # Errors
+    /// The device was lost.
+    pub fn wait(&self) -> Result<(), GpuError> {
+        self.gpu.wait()
+    }
+
+    /// Returns the events of the trees since the last call, sorted by frame and world.
+    ///
+    /// # Errors
+    /// The device was lost.
+    pub fn events(&mut self) -> Result<Vec<BatchEvent>, GpuError> {
+        self.trees.events()
+    }
+
+    /// Returns whether a world runs or is in quarantine: both of its robot and its tree stand still then.
+    ///
+    /// # Errors
+    /// The device was lost.
+    pub fn status(&mut self, world: usize) -> Result<Status, GpuError> {
+        match self.robots.own_status(world)? {
+            Some(stopped @ Status::Quarantined(_)) => Ok(stopped),
+            Some(Status::Running) | None => self.trees.status(world),
+        }
+    }
+
+    /// Returns counts and peaks of every tree, and its energy now.
+    ///
+    /// # Errors
+    /// The device was lost.
+    pub fn statistics(&mut self) -> Result<Vec<Statistics>, GpuError> {
+        self.trees.statistics()
+    }
+
+    /// Writes the state of a world's tree into the f64 state of its model.
+    ///
+    /// # Errors
+    /// The device was lost.
+    pub fn store_tree(&mut self, world: usize, data: &mut Data) -> Result<(), GpuError> {
+        self.trees.store(world, data)
+    }
+
+    /// Writes the state of a world's robot, in its odom frame, into the f64 state of a model that holds this robot, of which `handle` is.
+    ///
+    /// # Errors
+    /// The device was lost.
+    pub fn store_robot(
+        &mut self,
+        world: usize,
+        model: &Model,
+        handle: &RobotHandle,
+        data: &mut Data,
+    ) -> Result<(), GpuError> {
+        self.robots.store(world, model, handle, data)
+    }
+
+    /// Reads what a world keeps of its contacts.
+    ///
+    /// # Errors
+    /// The device was lost.
+    pub fn meeting(&self, world: usize) -> Result<Meeting, GpuError> {
+        let first = self.table.records + world * self.table.record;
+        let numbers = self.gpu.read(&[(&self.buffers.meetings, first..first + Meeting::NUMBERS)])?;
+        Ok(Meeting::of(&numbers, self.trees.memory.rules.h))
+    }
+}
+
+/// Passes of a substep; the last of them ends a frame.
+const SUBSTEP: [WorldPass; 6] = [
+    WorldPass::Trees(Pass::Inward),
+    WorldPass::RobotBegin,
+    WorldPass::Meet,
+    WorldPass::RobotEnd,
+    WorldPass::Trees(Pass::Outward),
+    WorldPass::Trees(Pass::Events),
+];
+/// Number of passes before it.
+const EVENTS: usize = 5;
+
+/// Checks that the kernels can step a tree with a robot beside it.
+///
+/// # Errors
+/// They cannot.
+fn check(plant: &Plant, x_world_odom: &Pose) -> Result<(), &'static str> {
+    let Laws { modal, stems, wind, .. } = Laws::of(plant);
+    let up = x_world_odom.rotation * Vec3::z();
+    for (refused, why) in [
+        (stems, "its fruit hang on stems that bend (fruit.stem)"),
+        (wind, "a wind blows (wind)"),
+        (modal, "its dampers hold damping ratios (wood.modal_damping)"),
+        (!(up - Vec3::z()).norm().le(&UPRIGHT), "its odom frame is tilted or not finite"),
+        (!x_world_odom.translation.vector.iter().all(|x| x.is_finite()), "its odom frame is not finite"),
+    ] {
+        if refused {
+            return Err(why);
+        }
+    }
+    Ok(())
+}

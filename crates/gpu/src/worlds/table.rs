@@ -1,0 +1,164 @@
+//! The table that the contacts of whole worlds read: the robot's colliders, and the places of each world.
+
+use bytemuck::cast;
+use orchard_batch::Plant;
+use orchard_geometry::{Pose, Shape, Vec3, transform};
+use orchard_multibody::contact::in_series;
+use orchard_multibody::{Collider, Owner};
+use orchard_robot::RobotModel;
+
+use crate::BatchError;
+use crate::layout::{LANES, QUAD, collider, contact, head, meeting, path, place, robot, solid, system};
+use crate::memory::Memory;
+use crate::robots::Alone;
+use crate::robots::table::{Place, refused};
+
+/// Segment above the root.
+const NO_PARENT: u32 = 0xffff;
+
+/// The table, and the size of the buffer of meetings.
+#[derive(Debug)]
+pub(crate) struct WorldTable {
+    pub words: Vec<u32>,
+    /// First number of the records of worlds in the buffer of meetings, and their numbers.
+    pub records: usize,
+    pub record: usize,
+    /// Numbers of the buffer of meetings.
+    pub meetings: usize,
+}
+
+/// Friction and stiffness of a surface of a tree.
+#[derive(Debug, Clone, Copy)]
+struct Surface {
+    friction: f64,
+    stiffness: f64,
+}
+
+impl WorldTable {
+    /// The table of worlds with a robot of one kind that starts in each at `x_world_odom`.
+    ///
+    /// # Errors
+    /// The kernels lack a shape of the robot, or it has too many.
+    pub fn new(
+        memory: &Memory,
+        plants: &[&Plant],
+        robot_model: &RobotModel,
+        alone: &Alone,
+        links: &[Place],
+        x_world_odom: &[Pose],
+    ) -> Result<Self, BatchError> {
+        let colliders = alone.model.colliders();
+        if colliders.len() > collider::MOST {
+            let (has, most) = (colliders.len(), collider::MOST);
+            return Err(refused(robot_model, &format!("it has {has} colliders, the kernels know {most}")));
+        }
+        let spec = &plants[0].spec;
+        let wood = Surface { friction: spec.wood.friction.si(), stiffness: spec.wood.contact_stiffness.si() };
+        let fruit =
+            Surface { friction: spec.fruit.friction.si(), stiffness: spec.fruit.contact_stiffness.si() };
+        let mut words = vec![0; head::FIELDS];
+        for one in colliders {
+            let numbers = of_collider(one, links, [wood, fruit]).map_err(|why| refused(robot_model, why))?;
+            words.extend(numbers);
+        }
+        let depth = plants.iter().map(|plant| depth(&plant.tree.parent)).max().unwrap_or(0);
+        let most = plants.iter().map(|plant| plant.tree.len() + plant.fruit.len()).max().unwrap_or(0);
+        let own = (place::FIELDS + most).next_multiple_of(QUAD);
+        let record = meeting::FIELDS
+            + meeting::MOST_CONTACTS * (contact::FIELDS + 3 * robot::DOFS + depth * path::FIELDS);
+        let records = plants.len().div_ceil(LANES) * system::FIELDS * LANES;
+        for (field, value) in [
+            (head::COLLIDERS, colliders.len()),
+            (head::DEPTH, depth),
+            (head::RECORDS, records / QUAD),
+            (head::RECORD, record / QUAD),
+            (head::PLACES, words.len() / QUAD),
+            (head::PLACE, own / QUAD),
+        ] {
+            words[field] = value as u32;
+        }
+        words[head::MARGIN] = bits(plants[0].settings.contact_margin);
+        for (index, (plant, x_world_odom)) in plants.iter().zip(x_world_odom).enumerate() {
+            let start = words.len();
+            words.extend(of_world(memory, index, plant, x_world_odom));
+            words.resize(start + own, 0);
+        }
+        let meetings = records + plants.len() * record;
+        Ok(Self { words, records, record, meetings })
+    }
+}
+
+fn bits(value: f64) -> u32 {
+    (value as f32).to_bits()
+}
+
+/// Numbers of a collider, with its laws on wood and on fruit.
+fn of_collider(
+    one: &Collider,
+    links: &[Place],
+    on: [Surface; 2],
+) -> Result<[u32; collider::FIELDS], &'static str> {
+    let mut words = [0; collider::FIELDS];
+    let Owner::Body(body) = one.owner else { return Err("a collider is on no link") };
+    let Place { link, x_link_frame } = links[body.index()];
+    let x_link_shape = x_link_frame * one.x_owner_shape;
+    words[collider::LINK] = cast(link);
+    let (kind, radius, length, half) = match one.shape {
+        Shape::Sphere { radius } => (solid::SPHERE, radius, 0.0, Vec3::zeros()),
+        Shape::Capsule { radius, length } => (solid::CAPSULE, radius, length, Vec3::zeros()),
+        Shape::Box { half } => (solid::BOX, 0.0, 0.0, half),
+        _ => return Err("the kernels know balls, capsules and boxes, and no other shapes"),
+    };
+    words[collider::KIND] = kind as u32;
+    for (k, surface) in on.into_iter().enumerate() {
+        words[collider::FRICTION + k] = bits((one.friction * surface.friction).sqrt());
+        words[collider::STIFFNESS + k] = bits(in_series(one.stiffness, surface.stiffness));
+    }
+    words[collider::RADIUS] = bits(radius);
+    words[collider::LENGTH] = bits(length);
+    let centre = transform(&x_link_shape, &Vec3::new(0.0, 0.0, 0.5 * length));
+    words[collider::BOUND] = bits(half.norm() + radius + 0.5 * length);
+    let axes = x_link_shape.rotation.to_rotation_matrix().into_inner();
+    for k in 0..3 {
+        words[collider::HALF + k] = bits(half[k]);
+        words[collider::P + k] = bits(x_link_shape.translation.vector[k]);
+        words[collider::CENTRE + k] = bits(centre[k]);
+        for axis in 0..3 {
+            words[collider::AXES + QUAD * axis + k] = bits(axes[(k, axis)]);
+        }
+    }
+    Ok(words)
+}
+
+/// Words of a world's own.
+fn of_world(memory: &Memory, index: usize, plant: &Plant, x_world_odom: &Pose) -> Vec<u32> {
+    let mut words = vec![0; place::FIELDS];
+    words[place::TOUCH..place::WORLD + 1].copy_from_slice(&memory.bases_of(index));
+    let x = x_world_odom.rotation * Vec3::x();
+    words[place::TURN] = bits(x.x);
+    words[place::TURN + 1] = bits(x.y);
+    for k in 0..3 {
+        words[place::P + k] = bits(x_world_odom.translation.vector[k]);
+    }
+    words[place::SEGMENTS] = plant.tree.len() as u32;
+    words[place::FRUITS] = plant.fruit.len() as u32;
+    let word = |row: usize, segment: u32| row as u32 | segment << 16;
+    let segments = plant.tree.parent.iter().enumerate();
+    words.extend(segments.map(|(segment, parent)| {
+        word(memory.row_of(index, segment), parent.map_or(NO_PARENT, |parent| parent as u32))
+    }));
+    let fruit = plant.fruit.fruit.iter().enumerate();
+    words.extend(fruit.map(|(i, fruit)| word(memory.fruit_row_of(index, i), fruit.segment as u32)));
+    words
+}
+
+/// Largest number of links from a tip to the root, both included.
+fn depth(parent: &[Option<usize>]) -> usize {
+    let mut depths = vec![1; parent.len()];
+    for (segment, parent) in parent.iter().enumerate() {
+        if let Some(parent) = *parent {
+            depths[segment] = depths[parent] + 1;
+        }
+    }
+    depths.into_iter().max().unwrap_or(0)
+}
