@@ -274,7 +274,7 @@ fn every(k: &Intrinsics, step: usize) -> Intrinsics {
     }
 }
 
-fn check(
+pub(crate) fn check(
     depth: &DepthImage,
     intrinsics: &Intrinsics,
     mask: Option<&Image<bool>>,

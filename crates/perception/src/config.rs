@@ -1,10 +1,13 @@
 //! Config of detector, masks and tracker.
 
+use orchard_geometry::math;
 use orchard_quantity::{ConfigError, Count, Quantity, Span, from_table, parse, with_base};
 use serde::{Deserialize, Serialize};
 
 /// The preset `paper` as TOML text.
 pub const PAPER_TOML: &str = include_str!("../configs/paper/perception.toml");
+/// Name of the preset with a network in front.
+pub const LEARNED: &str = "learned";
 /// The preset `paper-single` as TOML text.
 pub const PAPER_SINGLE_TOML: &str = include_str!("../configs/paper-single/perception.toml");
 
@@ -20,6 +23,9 @@ pub struct DetectorConfig {
     pub gates: Gates,
     /// Score of a sphere.
     pub score: Score,
+    /// Network that says where fruit are; the search of the geometric detector does so without one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub network: Option<Network>,
     /// Robot and ground masks.
     pub mask: Mask,
     /// Tracking over several images.
@@ -95,6 +101,37 @@ pub struct Score {
     /// Weight of each term.
     pub weights: Weights,
 }
+
+/// Figures of the network that says where fruit are. A score is then a logistic function of the weighted log-odds of network and evidence.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Network {
+    /// Least probability of a place at which a sphere is fitted.
+    pub least: Quantity,
+    /// Constant term of a score.
+    pub always: Quantity,
+    /// Weight of the log-odds of the network's probability.
+    pub network: Quantity,
+    /// Weight of the log-odds of the score by the evidence.
+    pub evidence: Quantity,
+    /// Of longer focal lengths so many columns and rows are left out that this one remains: the network has learned sizes in pixels.
+    pub focal: Quantity,
+}
+
+impl Network {
+    /// Score of a sphere from the network's probability and the score by the evidence.
+    pub(crate) fn score(&self, network: f64, evidence: f64) -> f64 {
+        let odds = |p: f64| {
+            let p = p.clamp(LEAST_PROBABILITY, 1.0 - LEAST_PROBABILITY);
+            math::ln(p / (1.0 - p))
+        };
+        let weighted = self.network.si() * odds(network) + self.evidence.si() * odds(evidence);
+        1.0 / (1.0 + math::exp(-(self.always.si() + weighted)))
+    }
+}
+
+/// Probabilities are at least so far from 0 and 1 before their odds are taken: our own choice.
+const LEAST_PROBABILITY: f64 = 1e-6;
 
 /// Weights of the terms of [`crate::Evidence::terms`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -244,7 +281,18 @@ impl DetectorConfig {
         ("zed-mini", include_str!("../configs/zed-mini/perception.toml")),
         ("azure-kinect", include_str!("../configs/azure-kinect/perception.toml")),
         ("azure-kinect-native", include_str!("../configs/azure-kinect-native/perception.toml")),
+        (LEARNED, include_str!("../configs/learned/perception.toml")),
     ];
+
+    /// Returns the detector with the network of the preset `learned` in front of its fit. A detector without a score fits as `scored` does.
+    ///
+    /// # Panics
+    /// Never: the embedded file is read in this crate's tests.
+    #[must_use]
+    pub fn with_network(self) -> Self {
+        let learned = Self::named(LEARNED).unwrap_or_else(|e| unreachable!("embedded preset: {e}"));
+        if self.score.on { Self { network: learned.network, ..self } } else { learned }
+    }
 
     /// Returns a preset that comes with the crate.
     ///

@@ -3,6 +3,7 @@
 use crate::cloud::Cloud;
 use crate::evidence::{Evidence, Examiner};
 use crate::gates::{Gate, Limits};
+use crate::learned;
 use crate::noise::Noise;
 use crate::posterior::Posterior;
 use crate::search::{Hypothesis, Search};
@@ -75,8 +76,32 @@ pub fn candidates(
     find(depth, intrinsics, mask, config, |_| true)
 }
 
-/// Returns the spheres that `wanted` takes by the gate that refused them; the score refuses afterwards.
+/// As [`candidates`], by the search of the geometric detector even if the config has a network.
+pub(crate) fn geometric(
+    depth: &DepthImage,
+    intrinsics: &Intrinsics,
+    mask: Option<&Image<bool>>,
+    config: &DetectorConfig,
+) -> Result<Vec<Candidate>, PerceptionError> {
+    search(depth, intrinsics, mask, config, |_| true)
+}
+
+/// Returns the spheres that `wanted` takes by the gate that refused them: of places that a network finds, or of a search.
 fn find(
+    depth: &DepthImage,
+    intrinsics: &Intrinsics,
+    mask: Option<&Image<bool>>,
+    config: &DetectorConfig,
+    wanted: impl Fn(Option<Gate>) -> bool,
+) -> Result<Vec<Candidate>, PerceptionError> {
+    match &config.network {
+        Some(figures) => learned::find(depth, intrinsics, mask, config, figures),
+        None => search(depth, intrinsics, mask, config, wanted),
+    }
+}
+
+/// Returns the spheres that `wanted` takes by the gate that refused them; the score refuses afterwards.
+fn search(
     depth: &DepthImage,
     intrinsics: &Intrinsics,
     mask: Option<&Image<bool>>,
@@ -132,7 +157,7 @@ fn find(
 
 /// Keeps the first of accepted spheres whose centres lie within one radius of each other, and all refused ones. `accepted` returns the
 /// sphere of an accepted one.
-fn without_duplicates<T>(all: Vec<T>, accepted: impl Fn(&T) -> Option<Sphere>) -> Vec<T> {
+pub(crate) fn without_duplicates<T>(all: Vec<T>, accepted: impl Fn(&T) -> Option<Sphere>) -> Vec<T> {
     let mut out: Vec<T> = Vec::new();
     let mut taken: Vec<Sphere> = Vec::new();
     for one in all {

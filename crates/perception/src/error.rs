@@ -39,4 +39,12 @@ pub enum PerceptionError {
         /// Row of the optical axis \[px\].
         cy: f64,
     },
+    /// The image has more pixels than the network computes.
+    #[error("a depth image of {width} x {height} is too large for the network of the detector")]
+    TooLarge {
+        /// Columns that it would look at.
+        width: usize,
+        /// Rows that it would look at.
+        height: usize,
+    },
 }

@@ -11,6 +11,7 @@ mod detect;
 mod error;
 mod evidence;
 mod gates;
+mod learned;
 pub mod mask;
 mod noise;
 mod outline;

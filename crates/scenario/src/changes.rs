@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::limits;
 use crate::resolve::detector;
 use crate::{Names, OptionValue, Scenario, ScenarioError, SceneNames, detector_for, robot};
+use orchard_perception::config::LEARNED;
 
 /// Differences from a scenario. A field without a value leaves its part of the scenario as it is.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -74,7 +75,9 @@ impl Scenario {
         if let Some(camera) = &changes.camera {
             if scene.detector == detector_for(&scene.camera) {
                 scene.detector = detector_for(camera).to_owned();
-                changed.detector = detector(&OptionValue::new(&scene.detector, by))?;
+                changed.detector = detector(&OptionValue::new(&scene.detector, by), camera)?;
+            } else if scene.detector == LEARNED {
+                changed.detector = detector(&OptionValue::new(LEARNED, by), camera)?;
             }
             scene.camera.clone_from(camera);
         }

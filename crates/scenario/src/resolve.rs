@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use orchard_perception::DetectorConfig;
+use orchard_perception::config::LEARNED;
 use orchard_picker::{ControllerKind, Kind};
 use orchard_quantity::{from_table, overlay, parse};
 use orchard_robot::RobotModel;
@@ -70,6 +71,7 @@ impl Scenario {
             OptionValue::new(detector_for(spec.camera.name()), format!("the detector for camera {camera}"))
         };
         let detector = options.detector.clone().unwrap_or_else(by_camera);
+        let detector_config = self::detector(&detector, spec.camera.name())?;
         layers.part("detector", &detector.by);
         let default = |value: &str| OptionValue::new(value, "default");
         let robot = options.robot.clone().unwrap_or_else(|| default(RobotModel::PAPER));
@@ -99,7 +101,7 @@ impl Scenario {
             tree: tree.map(Arc::new),
             robot: robot.robot,
             robot_files: robot.files,
-            detector: self::detector(&detector)?,
+            detector: detector_config,
             controller: Arc::new(Kind::default()),
             rules: options.rules.as_ref().map(|(_, rules)| rules.clone()).unwrap_or_default(),
             layers,
@@ -108,12 +110,18 @@ impl Scenario {
     }
 }
 
-/// A detector by its name or from its file.
+/// A detector by its name or from its file. That with a network fits spheres with the figures of the detector of the camera of a name.
 ///
 /// # Errors
 /// No such name or file, or a figure out of its range.
-pub fn detector(given: &OptionValue) -> Result<DetectorConfig, ScenarioError> {
-    let config = named_or_file(given, DetectorConfig::named, |file, text| {
+pub fn detector(given: &OptionValue, camera: &str) -> Result<DetectorConfig, ScenarioError> {
+    let named = |name: &str| {
+        if name == LEARNED {
+            return DetectorConfig::named(detector_for(camera)).map(DetectorConfig::with_network);
+        }
+        DetectorConfig::named(name)
+    };
+    let config = named_or_file(given, named, |file, text| {
         DetectorConfig::from_toml(file, text).map_err(|e| e.to_string())
     })?;
     match limits::of_detector(&config) {

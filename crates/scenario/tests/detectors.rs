@@ -2,6 +2,7 @@
 
 use orchard_geometry::math;
 use orchard_perception::DetectorConfig;
+use orchard_scenario::{Changes, OptionValue, Options, Scenario};
 use orchard_spec::camera::{CameraSpec, Measurement};
 
 /// Focal length \[px\] of a number of columns and a horizontal field of view.
@@ -37,4 +38,24 @@ fn detectors_follow_from_the_noise_of_their_cameras() {
         near("range.low", low, camera.range().0, 0.0);
         near("range.high", high, (0.010 / deviation).sqrt(), 0.05);
     }
+}
+
+/// The detector with a network fits with the figures of the camera's own detector, or of `scored` where that one has no score; it follows a change of the camera.
+#[test]
+fn the_network_goes_with_every_camera() {
+    let learned = |camera: &str| {
+        orchard_scenario::detector(&OptionValue::new("learned", "--detector"), camera).unwrap()
+    };
+    let network = DetectorConfig::named("learned").unwrap().network;
+    assert!(network.is_some());
+    for (name, _) in CameraSpec::FILES {
+        let own = DetectorConfig::named(orchard_scenario::detector_for(name)).unwrap();
+        let fit = if own.score.on { own } else { DetectorConfig::named("scored").unwrap() };
+        assert_eq!(learned(name), DetectorConfig { network: network.clone(), ..fit }, "{name}");
+    }
+    let options = Options { detector: Some(OptionValue::new("learned", "--detector")), ..Options::default() };
+    let scenario = Scenario::resolve(&options, &orchard_scenario::controllers()).unwrap();
+    assert_eq!(*scenario.detector(), learned("paper"));
+    let changes = Changes { camera: Some("d435i".to_owned()), ..Changes::default() };
+    assert_eq!(*scenario.changed(&changes, "test").unwrap().detector(), learned("d435i"));
 }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use orchard_exchange::intrinsics::{Lens, OfImage};
 use orchard_exchange::{colour_image, depth_image, depth_png, intrinsics};
 use orchard_geometry::{DepthImage, Image, Intrinsics, Vec3};
+use orchard_perception::config::LEARNED;
 use orchard_perception::{DetectorConfig, mask};
 use orchard_quantity::{Span, Unit};
 
@@ -42,11 +43,12 @@ pub struct InputArgs {
     /// Mask of pixels to ignore, such as the robot's: 1-bit or 8-bit grey PNG; black pixels are kept
     #[arg(long, value_name = "MASK.png")]
     pub mask: Option<PathBuf>,
-    /// Detector, or a file of changed figures; `orchard detectors` lists the detectors
-    #[arg(long = "detector", alias = "config", value_name = "NAME|FILE.toml", default_value = "paper")]
-    config: String,
-    /// Camera that took the image, for its detector: d435i, d435i-aligned, zed-mini, azure-kinect, azure-kinect-native
-    #[arg(long, value_name = "NAME", conflicts_with = "config")]
+    /// Detector, or a file of changed figures; by default that of --camera, or paper; `orchard detectors` lists the detectors
+    #[arg(long = "detector", alias = "config", value_name = "NAME|FILE.toml")]
+    config: Option<String>,
+    /// Camera that took the image, for its detector, or the figures of its noise for --detector learned: d435i, d435i-aligned, zed-mini,
+    /// azure-kinect, azure-kinect-native
+    #[arg(long, value_name = "NAME")]
     camera: Option<String>,
     /// Height of the camera above level ground [m]; pixels of the ground are ignored
     #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
@@ -80,19 +82,23 @@ const HEIGHTS: std::ops::RangeInclusive<f64> = -100.0..=100.0;
 impl InputArgs {
     /// Name or file of the detector.
     pub fn detector_name(&self) -> &str {
-        match self.camera.as_deref() {
-            Some(camera) => orchard_scenario::detector_for(camera),
-            None => &self.config,
-        }
+        let of_camera = || orchard_scenario::detector_for(self.camera.as_deref().unwrap_or_default());
+        self.config.as_deref().unwrap_or_else(of_camera)
     }
 
     /// The detector of `--camera` or `--detector`.
     pub fn detector(&self) -> Result<DetectorConfig, Failure> {
         if let Some(camera) = &self.camera {
             CameraSpec::named(camera).map_err(|e| Failure::BadInput(format!("--camera {camera}: {e}")))?;
+            if let Some(name) = self.config.as_ref().filter(|name| *name != LEARNED) {
+                let problem = "give one of the two; only --detector learned has figures of a camera";
+                return Err(Failure::BadInput(format!("--camera {camera} and --detector {name}: {problem}")));
+            }
         }
-        let mut config = orchard_scenario::detector(&OptionValue::new(self.detector_name(), "--detector"))
-            .map_err(|e| Failure::BadInput(e.to_string()))?;
+        let given = OptionValue::new(self.detector_name(), "--detector");
+        let camera = self.camera.as_deref().unwrap_or_default();
+        let mut config =
+            orchard_scenario::detector(&given, camera).map_err(|e| Failure::BadInput(e.to_string()))?;
         let told = |option: &str, (a, b): (f64, f64), e: String| {
             Failure::BadInput(format!("{option} {a},{b} [m]: {e}"))
         };

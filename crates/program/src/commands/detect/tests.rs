@@ -106,8 +106,11 @@ fn a_camera_brings_its_detector() {
         line.starts_with("--camera kinect: no camera 'kinect'") && line.contains("azure-kinect"),
         "{line}"
     );
-    let both = ["detect", "--depth", "x", "--intrinsics", "y", "--camera", "ideal", "--detector", "paper"];
-    assert!(Cli::try_parse_from(both).is_err());
+    let line = refused(&format!("{files} --camera ideal --detector paper"));
+    assert!(line.starts_with("--camera ideal and --detector paper: give one of the two"), "{line}");
+    command(&format!("{files} --camera d435i --detector learned --out {}", at("found.json"))).unwrap();
+    let text = std::fs::read_to_string(folder.path().join("found.json")).unwrap();
+    assert!(text.contains("\"config\": \"learned\""), "{text}");
 }
 
 #[test]

@@ -1,0 +1,249 @@
+//! Fruit by a network: it says where in the image a fruit is, and the fit says how far and how large.
+
+use std::sync::OnceLock;
+
+use crate::config::Network as Figures;
+use crate::detect::{Candidate, without_duplicates};
+use crate::region::{Region, fit_regions};
+use crate::sphere::Sphere;
+use crate::{DetectorConfig, Gate, PerceptionError};
+use orchard_geometry::{DepthImage, Image, Intrinsics};
+use orchard_network::{Network, Tensor};
+
+/// The network that `examples/learn/train_detector.py` has trained. It takes depth `[1, 1, rows, columns]` \[m\], 0 where nothing is measured, and the focal length `[1]` \[px\], and gives a map
+/// `[1, 4, rows / CELL, columns / CELL]`: probability that the centre of a fruit is in the cell, its place right of and below the centre of the cell \[cells\], and
+/// its radius \[px\].
+const NETWORK: &[u8] = include_bytes!("../configs/learned/detector.onnx");
+/// Pixels of a cell of the map.
+const CELL: usize = 4;
+/// Rows and columns of the network's input are multiples of this.
+const MULTIPLE: usize = 16;
+/// Numbers of a cell.
+const FIELDS: usize = 4;
+
+/// A place of the image where the network sees a fruit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Peak {
+    /// Probability that it is one.
+    score: f64,
+    /// Column and row of its centre \[px\].
+    center: (f64, f64),
+    /// Radius \[px\].
+    radius: f64,
+}
+
+/// Finds fruit in a depth image; the fit and its gates are those of a region that another detector has found ([`fit_regions`]).
+pub(crate) fn find(
+    depth: &DepthImage,
+    intrinsics: &Intrinsics,
+    mask: Option<&Image<bool>>,
+    config: &DetectorConfig,
+    figures: &Figures,
+) -> Result<Vec<Candidate>, PerceptionError> {
+    let peaks = peaks(depth, intrinsics, mask, figures)?;
+    let size = (depth.width(), depth.height());
+    let (seen, regions): (Vec<Peak>, Vec<Region>) =
+        peaks.into_iter().filter_map(|peak| Some((peak, peak.region(size)?))).unzip();
+    let fitted = fit_regions(depth, intrinsics, mask, &regions, config)?;
+    let mut found: Vec<Candidate> = seen
+        .iter()
+        .zip(fitted)
+        .filter_map(|(peak, fit)| {
+            let mut candidate = fit?;
+            let score = figures.score(peak.score, candidate.detection.score);
+            candidate.detection.score = score;
+            candidate.refused_by = (score < config.score.least.si()).then_some(Gate::Score);
+            Some(candidate)
+        })
+        .collect();
+    // The sort is stable: equal scores stay in image order.
+    found.sort_by(|a, b| b.detection.score.total_cmp(&a.detection.score));
+    Ok(without_duplicates(found, |c| {
+        let sphere = Sphere { center: c.detection.p_camera, radius: c.detection.radius };
+        c.refused_by.is_none().then_some(sphere)
+    }))
+}
+
+impl Peak {
+    /// The square around its disc, in an image of a size; `None` if it lies outside.
+    fn region(&self, (width, height): (usize, usize)) -> Option<Region> {
+        let span = |center: f64, size: usize| {
+            let first = (center - self.radius).round().max(0.0);
+            // A float-to-integer cast saturates, and makes 0 of NaN.
+            let end = ((center + self.radius).round() + 1.0).clamp(0.0, size as f64);
+            (first as usize, end as usize)
+        };
+        let (columns, rows) = (span(self.center.0, width), span(self.center.1, height));
+        let inside = (columns.1.checked_sub(columns.0)?, rows.1.checked_sub(rows.0)?);
+        (inside.0 > 0 && inside.1 > 0).then(|| Region {
+            left: columns.0,
+            top: rows.0,
+            inside: Image::filled(inside.0, inside.1, true),
+        })
+    }
+}
+
+/// Places where the network sees a fruit, in the order of the image's rows: cells with a larger probability than their neighbours.
+fn peaks(
+    depth: &DepthImage,
+    intrinsics: &Intrinsics,
+    mask: Option<&Image<bool>>,
+    figures: &Figures,
+) -> Result<Vec<Peak>, PerceptionError> {
+    crate::cloud::check(depth, intrinsics, mask)?;
+    let focal = (intrinsics.fx * intrinsics.fy).sqrt();
+    // Every so many columns and rows are looked at.
+    let step = ((focal / figures.focal.si()) as usize).clamp(1, depth.width().max(depth.height()));
+    let taken = (depth.width().div_ceil(step), depth.height().div_ceil(step));
+    let (width, height) = (taken.0.next_multiple_of(MULTIPLE), taken.1.next_multiple_of(MULTIPLE));
+    let mut input = vec![0.0; width * height];
+    for (row, line) in input.chunks_mut(width).take(taken.1).enumerate() {
+        for (column, z) in line.iter_mut().take(taken.0).enumerate() {
+            let at = (step * column, step * row);
+            if depth[at].is_finite() && !mask.is_some_and(|mask| mask[at]) {
+                *z = depth[at].max(0.0);
+            }
+        }
+    }
+    let arrays = [(vec![1, 1, height, width], input), (vec![1], vec![(focal / step as f64) as f32])];
+    let arrays: Option<Vec<Tensor>> =
+        arrays.into_iter().map(|(shape, values)| Tensor::f32(&shape, values)).collect();
+    let arrays = arrays.ok_or(PerceptionError::TooLarge { width, height })?;
+    let outputs = network().run(arrays).map_err(|_| PerceptionError::TooLarge { width, height })?;
+    let map = outputs.first().and_then(Tensor::as_f32).unwrap_or_default();
+    let (columns, rows) = (width / CELL, height / CELL);
+    let (cells, least) = (columns * rows, figures.least.si());
+    if map.len() != FIELDS * cells {
+        unreachable!("the network gives {} numbers for {cells} cells", map.len());
+    }
+    let mut peaks = Vec::new();
+    for row in 0..rows {
+        for column in 0..columns {
+            let at = row * columns + column;
+            let score = map[at];
+            if f64::from(score) < least {
+                continue;
+            }
+            let around = (row.saturating_sub(1)..(row + 2).min(rows)).flat_map(|v| {
+                (column.saturating_sub(1)..(column + 2).min(columns)).map(move |u| v * columns + u)
+            });
+            // Of equal neighbours the first is the peak.
+            if around.into_iter().any(|other| map[other] > score || (map[other] == score && other < at)) {
+                continue;
+            }
+            let field = |k: usize| f64::from(map[k * cells + at]);
+            let pixel =
+                |cell: usize, offset: f64| step as f64 * ((cell as f64 + 0.5 + offset) * CELL as f64 - 0.5);
+            peaks.push(Peak {
+                score: f64::from(score),
+                center: (pixel(column, field(1)), pixel(row, field(2))),
+                radius: step as f64 * field(3),
+            });
+        }
+    }
+    Ok(peaks)
+}
+
+/// The network, read at its first use.
+fn network() -> &'static Network {
+    static READ: OnceLock<Network> = OnceLock::new();
+    READ.get_or_init(|| {
+        Network::from_bytes(NETWORK).unwrap_or_else(|e| unreachable!("embedded network: {e}"))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Detection, detect};
+    use orchard_geometry::Vec3;
+
+    const K: Intrinsics = Intrinsics { width: 160, height: 120, fx: 150.0, fy: 150.0, cx: 79.5, cy: 59.5 };
+
+    /// Balls of 40 mm before nothing.
+    fn scene(balls: &[Vec3]) -> DepthImage {
+        let mut depth = DepthImage::filled(K.width, K.height, 0.0);
+        for v in 0..K.height {
+            for u in 0..K.width {
+                let ray = K.ray(u as f64, v as f64);
+                let hits = balls.iter().filter_map(|ball| {
+                    let (a, b) = (ray.dot(&ray), ray.dot(ball));
+                    let inner = b * b - a * (ball.dot(ball) - 0.04 * 0.04);
+                    (inner > 0.0).then(|| (b - inner.sqrt()) / a)
+                });
+                depth[(u, v)] = hits.fold(f64::INFINITY, f64::min) as f32;
+            }
+        }
+        depth
+    }
+
+    fn learned() -> DetectorConfig {
+        DetectorConfig::named("learned").unwrap()
+    }
+
+    #[test]
+    fn balls_are_found_where_they_are() {
+        let balls = [Vec3::new(-0.15, 0.05, 0.7), Vec3::new(0.2, -0.1, 0.9)];
+        let mut found = detect(&scene(&balls), &K, None, &learned()).unwrap();
+        found.sort_by(|a, b| a.p_camera.x.total_cmp(&b.p_camera.x));
+        assert_eq!(found.len(), 2, "{found:?}");
+        for (Detection { p_camera, radius, score, .. }, ball) in found.iter().zip(&balls) {
+            assert!((p_camera - ball).norm() < 2e-3, "{p_camera}");
+            assert!((radius - 0.04).abs() < 2e-3 && *score > 0.4, "{radius} {score}");
+        }
+    }
+
+    /// The network thins out a finer image, so a ball of twice the size in pixels is found at the same place.
+    #[test]
+    fn finer_images_are_thinned_out() {
+        let ball = Vec3::new(0.1, 0.0, 0.8);
+        let depth = scene(&[ball]);
+        let step = 6;
+        let (width, height) = (step * K.width, step * K.height);
+        let mut fine = DepthImage::filled(width, height, 0.0);
+        for v in 0..height {
+            for u in 0..width {
+                fine[(u, v)] = depth[(u / step, v / step)];
+            }
+        }
+        let by = step as f64;
+        let middle = 0.5 * (by - 1.0);
+        let k = Intrinsics {
+            width,
+            height,
+            fx: by * K.fx,
+            fy: by * K.fy,
+            cx: by * K.cx + middle,
+            cy: by * K.cy + middle,
+        };
+        let found = detect(&fine, &k, None, &learned()).unwrap();
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert!((found[0].p_camera - ball).norm() < 5e-3, "{:?}", found[0]);
+    }
+
+    #[test]
+    fn masked_fruit_and_images_without_any_are_empty() {
+        let depth = scene(&[Vec3::new(0.0, 0.0, 0.7)]);
+        let all = Image::filled(K.width, K.height, true);
+        assert_eq!(detect(&depth, &K, Some(&all), &learned()).unwrap(), []);
+        for z in [0.0, -1.0, f32::NAN, f32::INFINITY, 0.8] {
+            for (width, height) in [(1, 1), (1, 40), (33, 17)] {
+                let k = Intrinsics { width, height, ..K };
+                assert_eq!(detect(&DepthImage::filled(width, height, z), &k, None, &learned()).unwrap(), []);
+            }
+        }
+    }
+
+    #[test]
+    fn a_camera_of_extreme_focal_length_is_no_panic() {
+        let depth = scene(&[Vec3::new(0.0, 0.0, 0.7)]);
+        for f in [1e-3, 1e12] {
+            let k = Intrinsics { fx: f, fy: f, ..K };
+            assert!(detect(&depth, &k, None, &learned()).is_ok());
+        }
+        let too_large = DepthImage::filled(5000, 5000, 0.0);
+        let k = Intrinsics { width: 5000, height: 5000, ..K };
+        let refused = detect(&too_large, &k, None, &learned()).unwrap_err();
+        assert!(matches!(refused, PerceptionError::TooLarge { .. }), "{refused}");
+    }
+}

@@ -1,0 +1,354 @@
+"""A network that finds apples in depth images, trained on data sets of `orchard dataset` alone.
+
+The network says where in a depth image an apple is and how large it looks; the geometric fit of the detector then says where it is in space and how large it
+is (`orchard detect --detector learned`). It sees depth only, so colour, cultivar and light do not matter to it.
+
+    orchard dataset --seeds 6000000..6000040 --views 8 --preset randomised --camera d435i-aligned --out data/a   # and others
+    python train_detector.py --data data/a data/b --validate data/v --seed 1 --out runs/detector
+
+DIR/curve.jsonl has the loss and the validation, DIR/detector.onnx the network, DIR/detector.json what it was made from. It needs numpy, torch, onnx and pillow.
+"""
+
+import argparse
+import hashlib
+import json
+import math
+import pathlib
+import time
+
+import numpy as np
+import torch
+from PIL import Image
+from torch import nn
+from torch.nn import functional
+
+# Pixels of a cell of the network's map, and of which the sides of its input are multiples.
+CELL, MULTIPLE = 4, 16
+# Depths that count as measured [m], radius of a typical apple [m], and its radius in the image that gives the feature 0 [px].
+NEAR, FAR, RADIUS, TYPICAL_PX = 0.2, 4.0, 0.04, 8.0
+# Relief that gives the features 1, near and far around a pixel [m].
+RELIEF_NEAR, RELIEF_FAR = 0.02, 0.08
+# Radius of an apple at 1 m in the sampled image: every so many columns and rows are taken that it is at least so large [px].
+SAMPLED_PX = 10.0
+# Least visible share of an apple that is to be found; below it, or with fewer measured pixels of its disc, an apple counts neither way.
+LEAST_VISIBLE, LEAST_MEASURED = 0.3, 0.2
+# Side of a crop [px], apples of a crop, crops of a step.
+SIDE, MOST, BATCH = 256, 48, 64
+# Factors of the augmentation: size of the image, scale of the world.
+ZOOM, WORLD = (0.65, 1.6), (0.85, 1.15)
+
+
+class Detector(nn.Module):
+    """Depth [n, 1, rows, columns] in metres (0: not measured) and the focal length [1] in pixels to a map [n, 4, rows / 4, columns / 4]: probability that the centre of
+    an apple is in the cell, its place right of and below the cell's centre in cells, and its radius in pixels."""
+
+    def __init__(self):
+        super().__init__()
+
+        def conv(inputs, outputs, stride=1, size=3):
+            return nn.Sequential(
+                nn.Conv2d(inputs, outputs, size, stride, size // 2, bias=False), nn.BatchNorm2d(outputs), nn.ReLU()
+            )
+
+        self.second = conv(4, 16, 2)
+        self.fourth = nn.Sequential(conv(16, 32, 2), conv(32, 32), conv(32, 32))
+        self.eighth = nn.Sequential(conv(32, 64, 2), conv(64, 64), conv(64, 64))
+        self.sixteenth = nn.Sequential(conv(64, 96, 2), conv(96, 96), conv(96, 96))
+        self.to_eighth = nn.Sequential(conv(160, 64, 1, 1), conv(64, 64))
+        self.to_quarter = nn.Sequential(conv(96, 48, 1, 1), conv(48, 48))
+        self.head = nn.Conv2d(48, 4, 1)
+        nn.init.constant_(self.head.bias[:1], -4.0)
+        # Slope and offset that make probabilities of the first output.
+        self.calibration = nn.Parameter(torch.tensor([1.0, 0.0]), requires_grad=False)
+
+    @staticmethod
+    def around(x, valid, steps):
+        """Mean depth of the measured pixels around each pixel: over cells of 4 to the power of `steps` pixels and their neighbours."""
+        size = 4**steps
+        total, count = functional.avg_pool2d(x, size), functional.avg_pool2d(valid, size)
+        total, count = (functional.avg_pool2d(t, 3, 1, 1) for t in (total, count))
+        return functional.interpolate(total / (count + 1e-4), scale_factor=size, mode="nearest")
+
+    def features(self, depth, focal):
+        valid = ((depth > NEAR) & (depth < FAR)).to(depth.dtype)
+        z = depth * valid
+        near = torch.clamp((z - self.around(z, valid, 1)) / RELIEF_NEAR, -2.0, 2.0) * valid
+        far = torch.clamp((z - self.around(z, valid, 2)) / RELIEF_FAR, -2.0, 2.0) * valid
+        expected = focal * RADIUS / torch.clamp(z, NEAR, FAR)
+        return torch.cat([valid, near, far, torch.log(expected / TYPICAL_PX) * valid], 1)
+
+    def raw(self, depth, focal):
+        half = self.second(self.features(depth, focal))
+        quarter = self.fourth(half)
+        eighth = self.eighth(quarter)
+        deep = self.sixteenth(eighth)
+
+        def up(x):
+            return functional.interpolate(x, scale_factor=2, mode="nearest")
+
+        eighth = self.to_eighth(torch.cat([up(deep), eighth], 1))
+        quarter = self.to_quarter(torch.cat([up(eighth), quarter], 1))
+        return self.head(quarter)
+
+    def forward(self, depth, focal):
+        y = self.raw(depth, focal.reshape(-1, 1, 1, 1))
+        score = torch.sigmoid(y[:, 0:1] * self.calibration[0] + self.calibration[1])
+        return torch.cat([score, y[:, 1:3], TYPICAL_PX * torch.exp(y[:, 3:4])], 1)
+
+
+def step_of(focal):
+    """Every so many columns and rows of an image are looked at."""
+    return max(1, int(focal * RADIUS / SAMPLED_PX))
+
+
+def read(folder):
+    """Images of a data set: depth as the network sees it, its focal length, and its apples (u, v, radius in pixels, visible share; n, 4)."""
+    folder = pathlib.Path(folder)
+    recipe = json.loads((folder / "manifest.json").read_text())["recipe"]
+    k = json.loads((folder / "intrinsics.json").read_text())
+    notes = json.loads((folder / "annotations.json").read_text())
+    focal = 0.5 * (k["fx"] + k["fy"])
+    step = step_of(focal)
+    fruit = {image["id"]: [] for image in notes["images"]}
+    for a in notes["annotations"]:
+        x, y, z = a["center_camera_m"]
+        if z > 0:
+            u, v, r = k["fx"] * x / z + k["cx"], k["fy"] * y / z + k["cy"], focal * a["radius_m"] / z
+            fruit[a["image_id"]].append((u / step, v / step, r / step, a["visible_fraction"]))
+    for image in notes["images"]:
+        depth = np.asarray(Image.open(folder / image["depth_file"]), np.float32) * recipe["depth_unit_m"]
+        yield depth[::step, ::step], focal / step, np.array(fruit[image["id"]], np.float32).reshape(-1, 4)
+
+
+class Images:
+    """All images on the device, padded to one size."""
+
+    def __init__(self, folders, device):
+        images = [image for folder in folders for image in read(folder)]
+        rows, columns = (max(d.shape[k] for d, _, _ in images) for k in (0, 1))
+        self.depth = torch.zeros(len(images), rows, columns, dtype=torch.float16, device=device)
+        self.size = torch.tensor([d.shape for d, _, _ in images], device=device)
+        self.focal = torch.tensor([f for _, f, _ in images], dtype=torch.float32, device=device)
+        most = max(len(fruit) for _, _, fruit in images)
+        self.fruit = torch.zeros(len(images), most, 4, device=device)
+        for k, (depth, _, fruit) in enumerate(images):
+            # Half precision keeps a quarter of a millimetre at 0.5 m and a millimetre at 2 m, as the files do.
+            self.depth[k, : depth.shape[0], : depth.shape[1]] = torch.from_numpy(depth).to(device).half()
+            self.fruit[k, : len(fruit)] = torch.from_numpy(fruit).to(device)
+
+    def crops(self, count, generator):
+        """Random crops with their augmentation: depth, focal length, and the apples of which the most visible are kept."""
+        device = self.depth.device
+
+        def uniform(low, high, *shape):
+            return low + (high - low) * torch.rand(*shape, generator=generator, device=device)
+
+        which = torch.randint(len(self.depth), (count,), generator=generator, device=device)
+        zoom = torch.exp(uniform(math.log(ZOOM[0]), math.log(ZOOM[1]), count))
+        world = uniform(*WORLD, count)
+        size = self.size[which]
+        # The first column and row of the crop, in pixels of the image.
+        span = SIDE / zoom
+        start = torch.stack([uniform(-0.15, 1.0, count) * (size[:, k] - 0.85 * span).clamp(min=0.0) for k in (1, 0)], 1)
+        at = torch.arange(SIDE, device=device)
+        u = (start[:, 0:1] + at / zoom[:, None]).round().long()
+        v = (start[:, 1:2] + at / zoom[:, None]).round().long()
+        inside = ((u >= 0) & (u < size[:, 1:2]))[:, None, :] & ((v >= 0) & (v < size[:, 0:1]))[:, :, None]
+        u, v = u.clamp(0, self.depth.shape[2] - 1), v.clamp(0, self.depth.shape[1] - 1)
+        depth = self.depth[which[:, None, None], v[:, :, None], u[:, None, :]].float() * inside
+        fruit = self.fruit[which].clone()
+        fruit[..., :2] = (fruit[..., :2] - start[:, None]) * zoom[:, None, None]
+        fruit[..., 2] *= zoom[:, None]
+        # Mirrored, with holes, and with noise beyond the camera's own.
+        mirrored = torch.rand(count, generator=generator, device=device) < 0.5
+        depth = torch.where(mirrored[:, None, None], depth.flip(2), depth)
+        fruit[..., 0] = torch.where(mirrored[:, None], SIDE - 1 - fruit[..., 0], fruit[..., 0])
+        holes = torch.rand(count, 1, SIDE // 8, SIDE // 8, generator=generator, device=device)
+        holes = functional.interpolate(holes, scale_factor=8, mode="bilinear")[:, 0]
+        depth = depth * (holes > uniform(-0.3, 0.3, count)[:, None, None])
+        coarse = torch.randn(count, 1, SIDE // 4, SIDE // 4, generator=generator, device=device)
+        noise = functional.interpolate(coarse, scale_factor=4, mode="bilinear")[:, 0]
+        depth = depth + (depth > 0) * noise * depth.square() * uniform(0.0, 0.004, count)[:, None, None]
+        # A larger world looks the same from farther away; its apples are larger.
+        depth = depth * world[:, None, None]
+        # Of an image's apples those in the crop.
+        reach = fruit[..., 2] * 0.5
+        seen = (fruit[..., :2] > -reach[..., None]).all(-1) & (fruit[..., :2] < SIDE + reach[..., None]).all(-1)
+        order = torch.argsort((seen & (fruit[..., 3] > 0)).float(), dim=1, descending=True, stable=True)[:, :MOST]
+        fruit = torch.gather(fruit * seen[..., None], 1, order[..., None].expand(-1, -1, 4))
+        return depth[:, None], self.focal[which] * zoom, fruit
+
+
+def targets(depth, fruit):
+    """Map of the centres, weight of each cell, and the cell of each apple that is to be found."""
+    n, cells = len(depth), SIDE // CELL
+    at = (torch.arange(cells, device=depth.device) + 0.5) * CELL - 0.5
+    du = at[None, None, None, :] - fruit[..., 0, None, None]
+    dv = at[None, None, :, None] - fruit[..., 1, None, None]
+    square = du.square() + dv.square()
+    radius = fruit[..., 2].clamp(min=1.0)
+    # Share of measured cells of the disc.
+    measured = functional.avg_pool2d(((depth > NEAR) & (depth < FAR)).float(), CELL)
+    disc = (square <= radius[..., None, None].square().clamp(min=0.5 * CELL * CELL)).float()
+    share = (disc * measured).sum((2, 3)) / disc.sum((2, 3)).clamp(min=1.0)
+    cell = ((fruit[..., :2] + 0.5) / CELL).long()
+    inside = ((cell >= 0) & (cell < cells)).all(-1)
+    there = fruit[..., 3] > 0
+    good = there & inside & (fruit[..., 3] >= LEAST_VISIBLE) & (share >= LEAST_MEASURED)
+    sigma = (radius / 3.0).clamp(min=0.6 * CELL)
+    bell = torch.exp(-0.5 * square / sigma[..., None, None].square())
+    heat = (bell * good[..., None, None]).amax(1)
+    cell = cell.clamp(0, cells - 1)
+    index = (cell[..., 1] * cells + cell[..., 0]).clamp(min=0)
+    # The cells of centres are exactly 1.
+    peak = torch.zeros(n, cells * cells, device=depth.device)
+    peak.scatter_reduce_(1, index, good.float(), "amax")
+    peak = peak.view(n, cells, cells)
+    ignored = (disc * (there & ~good)[..., None, None]).amax(1) * (1 - (heat > 0.3).float())
+    return torch.maximum(heat * (1 - 1e-3), peak), peak, 1 - ignored, index, good
+
+
+def loss_of(network, depth, focal, fruit):
+    y = network.raw(depth, focal.view(-1, 1, 1, 1)).float()
+    heat, peak, weight, index, good = targets(depth, fruit)
+    logit = y[:, 0]
+    p = torch.sigmoid(logit).clamp(1e-5, 1 - 1e-5)
+    # The focal loss of CenterNet (Zhou, Wang and Kraehenbuehl 2019).
+    positive = -(1 - p).square() * torch.log(p) * peak
+    negative = -(1 - heat).pow(4) * p.square() * torch.log(1 - p) * (1 - peak) * weight
+    count = peak.sum().clamp(min=1.0)
+    cells = SIDE // CELL
+    taken = torch.gather(y[:, 1:].flatten(2), 2, index[:, None, :].expand(-1, 3, -1))
+    centre = torch.stack([index % cells, index // cells], 1)
+    wanted = (fruit[..., :2].transpose(1, 2) + 0.5) / CELL - 0.5 - centre
+    place = (taken[:, :2] - wanted).abs().sum(1)
+    size = (taken[:, 2] - torch.log(fruit[..., 2].clamp(min=1.0) / TYPICAL_PX)).abs()
+    return (positive.sum() + negative.sum() + ((place + 2.0 * size) * good).sum()) / count
+
+
+@torch.no_grad()
+def peaks(network, depth, focal, least=0.05):
+    """Places that the network finds in one image: score's logit, u, v, radius (n, 4)."""
+    rows, columns = depth.shape
+    padded = functional.pad(depth, (0, -columns % MULTIPLE, 0, -rows % MULTIPLE))
+    y = network.raw(padded[None, None], focal.view(1, 1, 1, 1))[0].float()
+    p = torch.sigmoid(y[0])
+    top = functional.max_pool2d(p[None, None], 3, 1, 1)[0, 0]
+    v, u = torch.nonzero((p == top) & (p > least), as_tuple=True)
+    place = torch.stack([u, v], 1) + 0.5 + y[1:3, v, u].T
+    return torch.cat([y[0, v, u][:, None], place * CELL - 0.5, TYPICAL_PX * torch.exp(y[3, v, u])[:, None]], 1)
+
+
+def validate(network, images, every=1):
+    """Average precision over apples of which 40 % are visible, and the logit of each peak with whether it is right."""
+    network.eval()
+    found, total = [], 0
+    for k in range(0, len(images.depth), every):
+        rows, columns = images.size[k].tolist()
+        depth = images.depth[k, :rows, :columns].float()
+        at = peaks(network, depth, images.focal[k])
+        fruit = images.fruit[k]
+        fruit = fruit[fruit[:, 3] > 0]
+        inside = (fruit[:, :2] >= 0).all(1) & (fruit[:, 0] < columns) & (fruit[:, 1] < rows)
+        counted = (fruit[:, 3] >= 0.4) & inside
+        total += int(counted.sum())
+        taken = torch.zeros(len(fruit), dtype=torch.bool)
+        for logit, u, v, _ in at[at[:, 0].argsort(descending=True)].tolist():
+            if not len(fruit):
+                found.append((logit, 0))
+                continue
+            distance = (fruit[:, :2] - torch.tensor([u, v], device=fruit.device)).norm(dim=1) / fruit[:, 2].clamp(min=1.0)
+            distance[taken] = math.inf
+            best = int(distance.argmin())
+            if distance[best] < 0.5:
+                taken[best] = True
+                if counted[best]:
+                    found.append((logit, 1))
+            else:
+                found.append((logit, 0))
+    network.train()
+    found = np.array(sorted(found, reverse=True)).reshape(-1, 2)
+    right = np.cumsum(found[:, 1])
+    precision = right / np.arange(1, len(found) + 1)
+    recall = right / max(total, 1)
+    envelope = np.maximum.accumulate(precision[::-1])[::-1]
+    area = float(np.sum(np.diff(np.concatenate([[0.0], recall])) * envelope)) if len(found) else 0.0
+    return {"ap": area, "recall": float(recall[-1]) if len(found) else 0.0, "fruit": total}, found
+
+
+def calibrated(found, rounds=50):
+    """Slope and offset of a logistic regression of whether a peak is right on its logit, by Newton's method."""
+    x = np.stack([found[:, 0], np.ones(len(found))], 1)
+    w = np.array([1.0, 0.0])
+    for _ in range(rounds):
+        p = 1 / (1 + np.exp(-x @ w))
+        w += np.linalg.solve((x * (p * (1 - p))[:, None]).T @ x + 1e-6 * np.eye(2), x.T @ (found[:, 1] - p))
+    return w
+
+
+def train(args, device):
+    torch.manual_seed(args.seed)
+    generator = torch.Generator(device).manual_seed(args.seed)
+    images, held = Images(args.data, device), Images(args.validate, device)
+    print(f"{len(images.depth)} images to train on, {len(held.depth)} to validate", flush=True)
+    network = Detector().to(device)
+    optimiser = torch.optim.AdamW(network.parameters(), 2e-3, weight_decay=1e-4)
+    rate = torch.optim.lr_scheduler.OneCycleLR(optimiser, 2e-3, args.steps)
+    curve = (args.out / "curve.jsonl").open("w")
+    start, mean = time.time(), None
+    for step in range(1, args.steps + 1):
+        depth, focal, fruit = images.crops(args.batch, generator)
+        with torch.autocast(device.type, torch.bfloat16, enabled=device.type == "cuda"):
+            loss = loss_of(network, depth, focal, fruit)
+        optimiser.zero_grad(set_to_none=True)
+        loss.backward()
+        nn.utils.clip_grad_norm_(network.parameters(), 5.0)
+        optimiser.step()
+        rate.step()
+        mean = float(loss) if mean is None else 0.98 * mean + 0.02 * float(loss)
+        if step % args.every == 0 or step == args.steps:
+            result, found = validate(network, held, args.thin if step < args.steps else 1)
+            line = {"step": step, "loss": mean, "s": time.time() - start, **result}
+            curve.write(json.dumps(line) + "\n")
+            curve.flush()
+            print(line, flush=True)
+    network.calibration.copy_(torch.tensor(calibrated(found), dtype=torch.float32))
+    return network.eval(), result
+
+
+def export(network, args, result):
+    network = network.cpu()
+    inputs = (torch.full((1, 1, 96, 128), 1.0), torch.tensor([400.0]))
+    sides = {2: "rows", 3: "columns"}
+    path = args.out / "detector.onnx"
+    torch.onnx.export(
+        network, inputs, path, input_names=["depth", "focal"], output_names=["map"], dynamic_axes={"depth": sides, "map": sides}, dynamo=False
+    )
+    about = {
+        "script_sha256": hashlib.sha256(pathlib.Path(__file__).read_bytes()).hexdigest(),
+        "network_sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
+        "seed": args.seed, "steps": args.steps, "batch": args.batch, "validation": result,
+        "data": [json.loads((pathlib.Path(folder) / "manifest.json").read_text())["checksum"] for folder in args.data],
+    }
+    (args.out / "detector.json").write_text(json.dumps(about, indent=1) + "\n")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--data", nargs="+", required=True, help="folders of `orchard dataset` to train on")
+    parser.add_argument("--validate", nargs="+", required=True, help="folders of other seeds, for the curve and the calibration of scores")
+    parser.add_argument("--out", type=pathlib.Path, required=True, help="folder of the results")
+    parser.add_argument("--seed", type=int, default=1, help="seed of weights and crops")
+    parser.add_argument("--steps", type=int, default=8000, help="steps of the optimiser")
+    parser.add_argument("--batch", type=int, default=BATCH, help="crops of a step")
+    parser.add_argument("--every", type=int, default=1000, help="steps between validations")
+    parser.add_argument("--thin", type=int, default=4, help="every so many images are validated before the last time")
+    args = parser.parse_args()
+    args.out.mkdir(parents=True, exist_ok=True)
+    device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
+    network, result = train(args, device)
+    export(network, args, result)
+
+
+if __name__ == "__main__":
+    main()
