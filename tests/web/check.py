@@ -1,0 +1,272 @@
+"""Runs the page in headless Chromium: an episode frame by frame, and what a visitor does at 1280 and at 390 px.
+
+usage: check.py CHROMIUM PAGE EPISODE.json FOUND.json SCREENSHOTS
+
+EPISODE.json holds the options of the world, the number of frames and the length [s]; FOUND.json gets the digest of every frame, the wall time of the
+episode and the time to the first picture. Fails if the page writes to the console, is wider than its window, has a control without a label, does
+not do what its controls say, or does not say what is wrong.
+"""
+
+import functools
+import http.server
+import json
+import sys
+import threading
+import time
+from pathlib import Path
+
+from playwright.sync_api import sync_playwright
+
+SIZES = {"wide": (1280, 800), "narrow": (390, 844)}
+# Graphics in software: the same on machines with and without a device.
+GRAPHICS = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+# Times that are waited for [ms]; far beyond what a slow machine needs.
+PATIENCE = 120_000
+
+ASK_WORKER = """([message, kind]) => new Promise((resolve, reject) => {
+  const worker = new Worker('worker.js');
+  worker.onerror = event => reject(new Error(event.message));
+  worker.onmessage = ({ data }) => {
+    if (data.kind === 'menu') worker.postMessage(message);
+    else if (data.kind === kind) { worker.terminate(); resolve(data); }
+    else reject(new Error(data.problem || data.kind));
+  };
+})"""
+
+# Controls without a name, and elements that stand out of the window.
+LOOK = """() => {
+  const named = e => e.labels?.length || e.textContent.trim() || e.ariaLabel;
+  const seen = e => e.getBoundingClientRect().width > 0;
+  const out = [...document.querySelectorAll('body *')].filter(e => {
+    const box = e.getBoundingClientRect();
+    return !e.closest('svg') && box.width > 0 && (box.right > innerWidth + 0.5 || box.left < -0.5);
+  });
+  return {
+    unnamed: [...document.querySelectorAll('button, select, input, canvas')].filter(e => !named(e)).map(e => e.id),
+    small: [...document.querySelectorAll('button, select, input')].filter(seen)
+      .filter(e => (e.closest('label') ?? e).getBoundingClientRect().height < 20).map(e => e.id),
+    out: out.map(e => e.tagName + '#' + e.id),
+    scroll: document.documentElement.scrollWidth - innerWidth,
+  };
+}"""
+
+
+class Quiet(http.server.SimpleHTTPRequestHandler):
+    def log_message(self, *_):
+        pass
+
+
+def serve(folder):
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Quiet, directory=folder))
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    return f"http://127.0.0.1:{server.server_port}/"
+
+
+class Visit:
+    """One window; `errors` collects what is wrong with it."""
+
+    def __init__(self, browser, site, size, errors, where, touch=False):
+        self.context = browser.new_context(
+            viewport={"width": size[0], "height": size[1]}, has_touch=touch, device_scale_factor=1
+        )
+        self.page, self.site, self.errors, self.where = self.context.new_page(), site, errors, where
+        self.page.set_default_timeout(PATIENCE)
+        self.page.on("console", lambda message: self.fault(f"wrote to the console: {message.text}"))
+        self.page.on("pageerror", lambda error: self.fault(f"error: {error}"))
+        self.page.on("request", lambda request: request.url.startswith((site, "data:")) or self.fault(f"asked for {request.url}"))
+
+    def fault(self, what):
+        self.errors.append(f"{self.where}: {what}")
+
+    def demand(self, holds, what):
+        if not holds:
+            self.fault(what)
+
+    def open(self, search=""):
+        start = time.monotonic()
+        self.page.goto(self.site + search, wait_until="load")
+        self.page.wait_for_selector("body[data-pictured]", state="attached")
+        return time.monotonic() - start
+
+    def figure(self, name):
+        return float(self.page.inner_text(f"#{name}"))
+
+    def wait(self, condition):
+        self.page.wait_for_function(condition)
+
+
+def episode(browser, site, asked):
+    """The digests of an episode, and its wall time without them."""
+    page = browser.new_page()
+    said = []
+    page.on("console", lambda message: said.append(message.text))
+    page.goto(site + "worker.js")
+    parts = {"ask": asked["ask"], "frames": asked["frames"]}
+    checked = page.evaluate(ASK_WORKER, [{"kind": "check", **parts}, "checked"])
+    timed = page.evaluate(ASK_WORKER, [{"kind": "time", **parts}, "timed"])
+    page.close()
+    told = checked["told"]
+    print(f"{asked['frames']} frames in {timed['seconds']:.1f} s: {told['picked']} picked, {told['dropped']} dropped, {told['snapped']} snapped")
+    return checked["digests"], timed["seconds"], said
+
+
+def looks(visit):
+    """The page as it stands: labels, sizes, width."""
+    told = visit.page.evaluate(LOOK)
+    for name in ["unnamed", "small", "out"]:
+        visit.demand(not told[name], f"{name}: {told[name]}")
+    visit.demand(told["scroll"] <= 0, f"is {told['scroll']} px wider than the window")
+
+
+def pull(visit, touch):
+    """Pulls at what is in the middle of the picture; returns the largest force that the page told [N]."""
+    page, box = visit.page, visit.page.locator("#canvas").bounding_box()
+    session = visit.context.new_cdp_session(page)
+
+    def send(kind, x, y):
+        if touch:
+            points = [] if kind == "end" else [{"x": x, "y": y}]
+            name = {"down": "touchStart", "move": "touchMove", "end": "touchEnd"}[kind]
+            session.send("Input.dispatchTouchEvent", {"type": name, "touchPoints": points})
+        elif kind == "move":
+            page.mouse.move(x, y)
+        else:
+            page.mouse.move(x, y)
+            page.mouse.down() if kind == "down" else page.mouse.up()
+
+    # The trunk stands in the middle.
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] * 0.55
+    send("down", x, y)
+    page.wait_for_selector("#canvas.pulling")
+    forces = []
+    for k in range(1, 13):
+        send("move", x + 6 * k, y - 2 * k)
+        page.wait_for_timeout(60)
+        forces.append(float((page.text_content("#arrow-text") or "0 N").split()[0]))
+    shot = page.screenshot()
+    send("end", x + 72, y - 24)
+    page.wait_for_selector("#canvas:not(.pulling)")
+    return max(forces), shot
+
+
+def wide(browser, site, errors, folder):
+    visit = Visit(browser, site, SIZES["wide"], errors, "1280 px")
+    first = visit.open()
+    page = visit.page
+    looks(visit)
+    visit.wait("() => Number(document.getElementById('time').textContent) > 1")
+    page.screenshot(path=folder / "wide.png")
+    page.click("#run")
+    visit.demand(page.inner_text("#run") == "Run", "Pause does not pause")
+    page.wait_for_timeout(300)
+    stands = visit.figure("time")
+    page.wait_for_timeout(300)
+    visit.demand(visit.figure("time") == stands, "time passes while it pauses")
+    for _ in range(12):
+        page.click("#step")
+    visit.wait(f"() => Number(document.getElementById('time').textContent) > {stands}")
+    page.click("#reset")
+    visit.wait("() => Number(document.getElementById('time').textContent) === 0")
+    page.select_option("#driver", "nobody")
+    page.click("#grow")
+    visit.wait("() => location.search.includes('driver=nobody') && document.getElementById('waiting').hidden")
+    page.click("#run")
+    force, shot = pull(visit, False)
+    (folder / "wide-pull.png").write_bytes(shot)
+    visit.demand(force > 1.0, f"a pull by mouse told {force} N")
+    # By keyboard: what is in the middle is grabbed, pulled and let go.
+    page.focus("#canvas")
+    page.keyboard.press("g")
+    page.wait_for_selector("#canvas.pulling")
+    for _ in range(5):
+        page.keyboard.press("ArrowRight")
+    page.wait_for_timeout(300)
+    visit.demand(not page.evaluate("() => document.getElementById('arrow').hasAttribute('hidden')"), "no arrow by keyboard")
+    page.keyboard.press("Escape")
+    page.wait_for_selector("#canvas:not(.pulling)")
+    page.keyboard.press("n")
+    visit.wait("() => location.search.includes('seed=20250705') && document.getElementById('waiting').hidden")
+    visit.demand(page.is_hidden("#problem"), f"says {page.inner_text('#problem')}")
+    visit.context.close()
+    return first
+
+
+def narrow(browser, site, errors, folder):
+    visit = Visit(browser, site, SIZES["narrow"], errors, "390 px", touch=True)
+    visit.open("?preset=tall-spindle&seed=7&tree=2&foliage=0.3&driver=nobody&speed=2")
+    page = visit.page
+    looks(visit)
+    visit.demand(page.input_value("#preset") == "tall-spindle" and page.input_value("#seed") == "7", "the link is not read")
+    visit.demand(page.input_value("#foliage") == "0.3" and page.input_value("#speed") == "2", "the link's dials are not read")
+    visit.wait("() => Number(document.getElementById('time').textContent) > 1")
+    page.screenshot(path=folder / "narrow.png")
+    page.screenshot(path=folder / "narrow-whole.png", full_page=True)
+    force, shot = pull(visit, True)
+    (folder / "narrow-pull.png").write_bytes(shot)
+    visit.demand(force > 1.0, f"a pull by touch told {force} N")
+    visit.context.close()
+
+
+def faults(browser, site, errors, folder):
+    """Bad links, and browsers that lack something: each gets a sentence."""
+    cases = {
+        "?preset=lemon": "Preset `lemon` is unknown; the presets are: paper",
+        "?seed=12x": "Seed `12x` is no whole number",
+        "?driver=me": "Driver `me` is unknown",
+        "?foliage=9": "Foliage:",
+        "?tree=-1": "a whole number from 0 to",
+        "?foliage=green": "which is no number",
+        "?speed=3": "this page has 0.1",
+        "?colour=red": "does not know",
+    }
+    for search, sentence in cases.items():
+        visit = Visit(browser, site, SIZES["narrow"], errors, search)
+        visit.page.goto(site + search)
+        visit.page.wait_for_selector("#problem:not([hidden])")
+        said = visit.page.inner_text("#problem")
+        visit.demand(sentence in said, f"says {said}")
+        looks(visit)
+        if search == "?preset=lemon":
+            visit.page.screenshot(path=folder / "refused.png")
+            visit.page.click("#grow")
+            visit.page.wait_for_selector("body[data-pictured]", state="attached")
+        visit.context.close()
+    lacks = {
+        "WebGL2": ("**/page.js", "HTMLCanvasElement.prototype.getContext = () => null;", "Use a browser with WebGL2"),
+        "WebAssembly": ("**/worker.js", "self.WebAssembly = undefined;", "It needs a browser with WebAssembly"),
+    }
+    for name, (file, without, sentence) in lacks.items():
+        visit = Visit(browser, site, SIZES["narrow"], errors, f"without {name}")
+
+        def changed(route, without=without):
+            answer = route.fetch()
+            route.fulfill(response=answer, body=without + answer.text())
+
+        visit.page.route(file, changed)
+        visit.page.goto(site)
+        visit.page.wait_for_selector("#problem:not([hidden])")
+        said = visit.page.inner_text("#problem")
+        visit.demand(sentence in said, f"says {said}")
+        visit.context.close()
+
+
+def main():
+    chromium, page, asked, found, folder = sys.argv[1:]
+    folder, errors = Path(folder), []
+    site = serve(page)
+    with sync_playwright() as playwright:
+        # As root Chromium refuses its sandbox; the pages are our own.
+        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox", *GRAPHICS])
+        digests, seconds, said = episode(browser, site, json.loads(Path(asked).read_text()))
+        errors += [f"the worker wrote to the console: {line}" for line in said]
+        first = wide(browser, site, errors, folder)
+        narrow(browser, site, errors, folder)
+        faults(browser, site, errors, folder)
+        browser.close()
+    Path(found).write_text(json.dumps({"digests": digests, "seconds": seconds, "first_picture": first}))
+    for error in errors:
+        print(error, file=sys.stderr)
+    sys.exit(1 if errors else 0)
+
+
+main()
