@@ -93,6 +93,7 @@ const answers = {
     renderer.setMeshes(message.meshes, message.counts);
     show(asked);
     tellFoliage(message.told.foliage);
+    view.face(message.told.p_world_base);
     tell(message.told);
     $("waiting").hidden = true;
     $("grow").disabled = $("next").disabled = false;
@@ -114,15 +115,10 @@ const answers = {
   },
   grabbed(message) {
     if (!pointer || message.id !== pointer.id) return send("release");
-    if (message.distance < 0) {
-      pointer.mode = pointer.wanted;
-      if (pointer.keys) pointer = null;
-      return;
-    }
+    if (message.distance < 0) return point(pointer.keys ? null : { ...pointer, mode: pointer.wanted });
     const { p, along } = pointer.ray;
-    pointer.mode = "pull";
-    pointer.depth = view.depth(p.map((x, k) => x + along[k] * message.distance));
-    canvas.classList.add("pulling");
+    const depth = view.depth(p.map((x, k) => x + along[k] * message.distance));
+    point({ ...pointer, mode: "pull", depth });
     pull();
   },
   stopped(message) {
@@ -178,11 +174,16 @@ function placeOf(event) {
   return [(event.clientX - box.left) / box.width * 2 - 1, 1 - (event.clientY - box.top) / box.height * 2];
 }
 
-function grab(at, wanted) {
+function point(now) {
+  pointer = now;
+  canvas.dataset.pointer = pointer?.mode ?? "";
+}
+
+function grab(at, wanted, keys = false) {
   const ray = view.ray(at, aspect());
   grabs += 1;
-  pointer = { id: grabs, mode: "ask", wanted, at, ray };
-  send("grab", { p: ray.p, along: ray.along, id: grabs });
+  point({ id: grabs, mode: "ask", wanted, at, ray, keys });
+  send("grab", { p: ray.p, along: ray.along, id: grabs, byKey: keys });
 }
 
 function pull() {
@@ -191,8 +192,7 @@ function pull() {
 
 function letGo() {
   if (pointer && (pointer.mode === "pull" || pointer.mode === "ask")) send("release");
-  pointer = null;
-  canvas.classList.remove("pulling");
+  point(null);
 }
 
 canvas.addEventListener("pointerdown", event => {
@@ -201,7 +201,7 @@ canvas.addEventListener("pointerdown", event => {
   touches.set(event.pointerId, placeOf(event));
   if (touches.size === 1 && event.button === 0 && !event.shiftKey) return grab(placeOf(event), "turn");
   letGo();
-  pointer = { id: 0, mode: touches.size === 2 ? "pinch" : "move", at: placeOf(event) };
+  point({ id: 0, mode: touches.size === 2 ? "pinch" : "move", at: placeOf(event) });
 });
 
 canvas.addEventListener("pointermove", event => {
@@ -256,7 +256,7 @@ function key(event) {
     view.zoom(1 / 0.9);
   } else if (event.key === "g" || event.key === "G") {
     if (pointer) letGo();
-    else { grab([0, 0], "none"); pointer.keys = true; }
+    else grab([0, 0], "turn", true);
   } else if (event.key === "Escape") {
     letGo();
   } else {

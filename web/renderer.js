@@ -3,6 +3,8 @@
 // Numbers of a vertex (a, b, c, normal) and of an instance (place, rotation, sizes, colour, kind), as crates/web writes them.
 const VERTEX = 12;
 const INSTANCE = 14;
+// Mesh of level ground.
+const SQUARE = 3;
 const SKY = [0.875, 0.91, 0.933];
 // Direction to the sun.
 const SUN = [0.42, -0.35, 0.84];
@@ -133,8 +135,8 @@ export class Renderer {
     gl.bindBuffer(gl.ARRAY_BUFFER, this.instances);
     gl.bufferData(gl.ARRAY_BUFFER, instances, gl.DYNAMIC_DRAW);
     this.counts = counts;
-    // The first number of the kind: only the ground's is not 0, and level ground has the fourth mesh.
-    this.level = counts[3] > 0;
+    // Level ground has a mesh of its own; shadows on terrain would need another way.
+    this.level = counts[SQUARE] > 0;
   }
 
   draw(view) {
@@ -154,7 +156,7 @@ export class Renderer {
       let first = 0;
       this.counts.forEach((count, k) => {
         const mesh = this.meshes[k];
-        const drawn = count > 0 && mesh && !(shadow && k === 3);
+        const drawn = count > 0 && mesh && !(shadow && k === SQUARE);
         if (drawn) {
           gl.bindVertexArray(mesh.array);
           gl.bindBuffer(gl.ARRAY_BUFFER, this.instances);

@@ -11,8 +11,16 @@ const limited = (x, low, high) => Math.min(Math.max(x, low), high);
 
 export class View {
   constructor() {
-    [this.azimuth, this.elevation, this.distance] = [-1.0, 0.16, 5.2];
+    [this.azimuth, this.elevation, this.distance] = [-1.0, 0.16, 4.7];
     this.centre = [0, 0, 1.05];
+    this.moved = false;
+  }
+
+  // Looks from the side at a tree and a robot beside it, unless somebody chose another view.
+  face([x, y]) {
+    if (this.moved) return;
+    this.azimuth = Math.atan2(y, x) + 1.25;
+    this.centre = [0.4 * x, 0.4 * y, 1.1];
   }
 
   // Unit vectors to the right, up, and forward.
@@ -65,9 +73,17 @@ export class View {
     return add(p, times(along, depth / dot(along, this.axes().forward)));
   }
 
+  // Keeps the eye above the ground.
+  limit() {
+    const lowest = Math.asin(limited((0.1 - this.centre[2]) / this.distance, -0.9, 0.9));
+    this.elevation = limited(this.elevation, lowest, 1.5);
+    this.moved = true;
+  }
+
   turn(right, up) {
     this.azimuth -= right;
-    this.elevation = limited(this.elevation + up, -0.12, 1.5);
+    this.elevation += up;
+    this.limit();
   }
 
   // Moves by a share of what is seen.
@@ -75,7 +91,11 @@ export class View {
     const axes = this.axes(), s = this.distance * 2 * Math.tan(FOV / 2);
     const moved = add(this.centre, add(times(axes.right, -right * s), times(axes.up, -up * s)));
     this.centre = [limited(moved[0], -6, 6), limited(moved[1], -6, 6), limited(moved[2], 0, 5)];
+    this.limit();
   }
 
-  zoom(factor) { this.distance = limited(this.distance * factor, 0.4, 16); }
+  zoom(factor) {
+    this.distance = limited(this.distance * factor, 0.4, 16);
+    this.limit();
+  }
 }

@@ -20,7 +20,9 @@ const floats = () => new Float32Array(wasm.memory.buffer, wasm.floats(), wasm.fl
 
 function give(string) {
   const bytes = new TextEncoder().encode(string);
-  new Uint8Array(wasm.memory.buffer, wasm.input(bytes.length), bytes.length).set(bytes);
+  // First: it may move the memory.
+  const place = wasm.input(bytes.length);
+  new Uint8Array(wasm.memory.buffer, place, bytes.length).set(bytes);
 }
 
 function told() {
@@ -86,8 +88,8 @@ const actions = {
   speed(message) { speed = message.speed; },
   step() { wasm.step(1); changed = true; },
   reset() { wasm.reset(); [due, changed] = [0, true]; },
-  grab({ p, along, id }) {
-    postMessage({ kind: "grabbed", id, distance: wasm.grab(...p, ...along) });
+  grab({ p, along, id, byKey }) {
+    postMessage({ kind: "grabbed", id, distance: wasm.grab(...p, ...along, byKey ? 1 : 0) });
     changed = true;
   },
   pull({ p }) { wasm.pull_to(...p); changed = true; },

@@ -21,7 +21,7 @@ SIZES = {"wide": (1280, 800), "narrow": (390, 844)}
 # Graphics in software: the same on machines with and without a device.
 GRAPHICS = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 # Times that are waited for [ms]; far beyond what a slow machine needs.
-PATIENCE = 120_000
+PATIENCE = 60_000
 
 ASK_WORKER = """([message, kind]) => new Promise((resolve, reject) => {
   const worker = new Worker('worker.js');
@@ -119,33 +119,41 @@ def looks(visit):
 
 
 def pull(visit, touch):
-    """Pulls at what is in the middle of the picture; returns the largest force that the page told [N]."""
+    """Grabs what is in the picture's middle rows, and pulls; returns the largest force that the page told [N], and a screenshot of the pull."""
     page, box = visit.page, visit.page.locator("#canvas").bounding_box()
     session = visit.context.new_cdp_session(page)
 
     def send(kind, x, y):
         if touch:
-            points = [] if kind == "end" else [{"x": x, "y": y}]
-            name = {"down": "touchStart", "move": "touchMove", "end": "touchEnd"}[kind]
+            name = {"down": "touchStart", "move": "touchMove", "up": "touchEnd"}[kind]
+            points = [] if kind == "up" else [{"x": x, "y": y}]
             session.send("Input.dispatchTouchEvent", {"type": name, "touchPoints": points})
-        elif kind == "move":
-            page.mouse.move(x, y)
         else:
             page.mouse.move(x, y)
-            page.mouse.down() if kind == "down" else page.mouse.up()
+            if kind != "move":
+                getattr(page.mouse, kind)()
 
-    # The trunk stands in the middle.
-    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] * 0.55
-    send("down", x, y)
-    page.wait_for_selector("#canvas.pulling")
-    forces = []
+    def grab():
+        for down in [0.62, 0.5, 0.4]:
+            for right in range(20, 81, 2):
+                x, y = box["x"] + box["width"] * right / 100, box["y"] + box["height"] * down
+                send("down", x, y)
+                page.wait_for_function("() => document.getElementById('canvas').dataset.pointer !== 'ask'")
+                if page.get_attribute("#canvas", "data-pointer") == "pull":
+                    return x, y
+                send("up", x, y)
+        raise AssertionError(f"{visit.where}: nothing can be grabbed")
+
+    x, y = grab()
+    forces, shot = [], None
     for k in range(1, 13):
-        send("move", x + 6 * k, y - 2 * k)
+        send("move", x + 5 * k, y - 3 * k)
         page.wait_for_timeout(60)
         forces.append(float((page.text_content("#arrow-text") or "0 N").split()[0]))
-    shot = page.screenshot()
-    send("end", x + 72, y - 24)
-    page.wait_for_selector("#canvas:not(.pulling)")
+        if k == 6:
+            shot = page.screenshot()
+    send("up", x + 60, y - 36)
+    page.wait_for_selector("#canvas[data-pointer='']")
     return max(forces), shot
 
 
@@ -174,16 +182,16 @@ def wide(browser, site, errors, folder):
     force, shot = pull(visit, False)
     (folder / "wide-pull.png").write_bytes(shot)
     visit.demand(force > 1.0, f"a pull by mouse told {force} N")
-    # By keyboard: what is in the middle is grabbed, pulled and let go.
+    # By keyboard: what is nearest to the middle is grabbed, pulled and let go.
     page.focus("#canvas")
     page.keyboard.press("g")
-    page.wait_for_selector("#canvas.pulling")
+    page.wait_for_selector("#canvas[data-pointer='pull']")
     for _ in range(5):
         page.keyboard.press("ArrowRight")
     page.wait_for_timeout(300)
     visit.demand(not page.evaluate("() => document.getElementById('arrow').hasAttribute('hidden')"), "no arrow by keyboard")
     page.keyboard.press("Escape")
-    page.wait_for_selector("#canvas:not(.pulling)")
+    page.wait_for_selector("#canvas[data-pointer='']")
     page.keyboard.press("n")
     visit.wait("() => location.search.includes('seed=20250705') && document.getElementById('waiting').hidden")
     visit.demand(page.is_hidden("#problem"), f"says {page.inner_text('#problem')}")

@@ -25,7 +25,7 @@ fn grab_twig(session: &mut Session) -> Vec3 {
         let (p, along) = ray_at(&p_tip);
         if matches!(Grip::along(world, &p, &along, 0.0), Some(Grip::Wood { segment: s, .. }) if s == segment)
         {
-            return session.grab(&p, &along).unwrap();
+            return session.grab(&p, &along, false).unwrap();
         }
     }
     panic!("no twig in sight");
@@ -46,11 +46,11 @@ fn a_ray_grabs_what_it_meets_first_and_nothing_in_the_air() {
     let fruit = session.world().fruit_truth();
     let grabbed = fruit.iter().filter(|apple| {
         let (p, along) = ray_at(&apple.p_world);
-        session.grab(&p, &along).is_some_and(|place| (place - apple.p_world).norm() < 1e-12)
+        session.grab(&p, &along, false).is_some_and(|place| (place - apple.p_world).norm() < 1e-12)
     });
     assert!(grabbed.count() * 2 > fruit.len());
-    assert!(session.grab(&Vec3::new(0.0, 0.0, 30.0), &Vec3::z()).is_none());
-    assert!(session.grab(&Vec3::new(0.0, 0.0, 30.0), &Vec3::zeros()).is_none());
+    assert!(session.grab(&Vec3::new(0.0, 0.0, 30.0), &Vec3::z(), true).is_none());
+    assert!(session.grab(&Vec3::new(0.0, 0.0, 30.0), &Vec3::zeros(), true).is_none());
     assert!(session.told().pull.is_none());
 }
 
@@ -107,7 +107,8 @@ fn a_pulled_apple_comes_off_its_stem() {
         .find_map(|(k, apple)| {
             let (p, along) = ray_at(&apple.p_world);
             let grip = Grip::along(session.world(), &p, &along, 0.0)?;
-            (grip == Grip::Fruit { fruit: k }).then(|| session.grab(&p, &along).map(|place| (k, place)))?
+            (grip == Grip::Fruit { fruit: k })
+                .then(|| session.grab(&p, &along, false).map(|place| (k, place)))?
         })
         .unwrap();
     session.pull_to(&(place + Vec3::new(0.0, 0.0, -1.0)));

@@ -11,9 +11,19 @@ use orchard_geometry::{ConvexHull, HeightField, Vec3, math};
 /// Numbers of a vertex: a, b, c, normal.
 pub const MESH_FLOATS: usize = 12;
 
-/// Sides of a round mesh, and rings from its equator to a pole: fine enough for an apple that fills a hundred pixels.
-const SIDES: usize = 12;
-const RINGS: usize = 4;
+/// Sides of a round mesh, and rings from its equator to a pole.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Fineness {
+    sides: usize,
+    rings: usize,
+}
+
+impl Fineness {
+    /// For thin capsules, of which a tree has a thousand.
+    pub const TWIG: Self = Self { sides: 8, rings: 2 };
+    /// For apples that fill a hundred pixels.
+    pub const APPLE: Self = Self { sides: 16, rings: 5 };
+}
 
 /// A mesh as a list of triangles, three vertices each, [`MESH_FLOATS`] numbers a vertex.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -37,20 +47,20 @@ impl Mesh {
     }
 
     /// A capsule from the origin along z: sizes (radius, length, -). With length 0 it is a ball.
-    pub(crate) fn capsule() -> Self {
+    pub(crate) fn capsule(Fineness { sides, rings }: Fineness) -> Self {
         let mut mesh = Self::default();
         // Latitudes of the lower half, then of the upper half, which the length lifts.
-        let lower = (0..=RINGS).map(|k| (FRAC_PI_2 * (k as f64 / RINGS as f64 - 1.0), 0.0));
-        let upper = (0..=RINGS).map(|k| (FRAC_PI_2 * k as f64 / RINGS as f64, 1.0));
-        let rings: Vec<(f64, f64)> = lower.chain(upper).collect();
+        let lower = (0..=rings).map(|k| (FRAC_PI_2 * (k as f64 / rings as f64 - 1.0), 0.0));
+        let upper = (0..=rings).map(|k| (FRAC_PI_2 * k as f64 / rings as f64, 1.0));
+        let circles: Vec<(f64, f64)> = lower.chain(upper).collect();
         let vertex = |(latitude, lift): (f64, f64), side: usize| -> Vertex {
             let (sin, cos) = math::sin_cos(latitude);
-            let (across, along) = math::sin_cos(TAU * (side % SIDES) as f64 / SIDES as f64);
+            let (across, along) = math::sin_cos(TAU * (side % sides) as f64 / sides as f64);
             let normal = Vec3::new(cos * along, cos * across, sin);
             [normal, Vec3::z() * lift, Vec3::zeros(), normal]
         };
-        for pair in rings.windows(2) {
-            for side in 0..SIDES {
+        for pair in circles.windows(2) {
+            for side in 0..sides {
                 let [a, b] = [vertex(pair[0], side), vertex(pair[0], side + 1)];
                 let [c, d] = [vertex(pair[1], side), vertex(pair[1], side + 1)];
                 if pair[0].0 > -FRAC_PI_2 {

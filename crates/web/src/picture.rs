@@ -10,7 +10,7 @@ use orchard_world::World;
 use orchard_world::truth::FruitState;
 
 use crate::hand::Grip;
-use crate::mesh::Mesh;
+use crate::mesh::{Fineness, Mesh};
 use crate::rules::GroundRules;
 
 /// Numbers of an instance: place (3), rotation as a quaternion x y z w (4), sizes (3), colour (3), kind (1).
@@ -70,6 +70,8 @@ const CAPSULE: usize = 0;
 const CUBOID: usize = 1;
 const BLADE: usize = 2;
 const SQUARE: usize = 3;
+const BALL: usize = 4;
+const OWN: usize = 5;
 
 /// Collects the instances of every mesh.
 struct Drawing<'a> {
@@ -86,8 +88,14 @@ impl Picture {
         let scene = world.picture_scene();
         let blade = BladeMesh::from_spec(&world.spec().foliage);
         let mut drawing = Drawing {
-            meshes: vec![Mesh::capsule(), Mesh::cuboid(), Mesh::blade(&blade), Mesh::square()],
-            instances: vec![Vec::new(); 4],
+            instances: vec![Vec::new(); OWN],
+            meshes: vec![
+                Mesh::capsule(Fineness::TWIG),
+                Mesh::cuboid(),
+                Mesh::blade(&blade),
+                Mesh::square(),
+                Mesh::capsule(Fineness::APPLE),
+            ],
             shared: BTreeMap::new(),
             ground,
         };
@@ -107,7 +115,7 @@ impl Drawing<'_> {
     fn push(&mut self, item: &Item, colour: Colour) {
         let (mesh, sizes) = match &item.geometry {
             Geometry::Blade { length, width, .. } => (BLADE, [*length, *width, 0.0]),
-            Geometry::Shape(Shape::Sphere { radius }) => (CAPSULE, [*radius, 0.0, 0.0]),
+            Geometry::Shape(Shape::Sphere { radius }) => (BALL, [*radius, 0.0, 0.0]),
             Geometry::Shape(Shape::Capsule { radius, length }) => (CAPSULE, [*radius, *length, 0.0]),
             Geometry::Shape(Shape::Box { half }) => (CUBOID, [half.x, half.y, half.z]),
             Geometry::Shape(Shape::HalfSpace) => (SQUARE, [self.ground.extent.si(), 0.0, 0.0]),

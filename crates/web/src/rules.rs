@@ -30,6 +30,8 @@ pub struct HandRules {
     pub probe_force: Quantity,
     /// Angle by which the pointer may miss what it grabs.
     pub grab_angle: Quantity,
+    /// Angle within which the keyboard grabs what is nearest to the middle of the picture.
+    pub key_grab_angle: Quantity,
 }
 
 /// Figures of the ground as it is drawn.

@@ -149,11 +149,13 @@ impl Session {
         &self.world
     }
 
-    /// Grabs the wood or the fruit that a ray meets first, or misses by little. `p_world` \[m\] is the ray's start, `along` its direction. Returns
-    /// the grabbed place \[m\], world; `None` if there is nothing, and then the hand is empty.
-    pub fn grab(&mut self, p_world: &Vec3, along: &Vec3) -> Option<Vec3> {
+    /// Grabs the wood or the fruit that a ray meets first, or misses by little. `p_world` \[m\] is the ray's start, `along` its direction; with
+    /// `by_key` it may miss by more. Returns the grabbed place \[m\], world; `None` if there is nothing, and then the hand is empty.
+    pub fn grab(&mut self, p_world: &Vec3, along: &Vec3, by_key: bool) -> Option<Vec3> {
         self.hand.release();
-        let grip = Grip::along(&self.world, p_world, along, self.rules.hand.grab_angle.si())?;
+        let hand = &self.rules.hand;
+        let angle = if by_key { &hand.key_grab_angle } else { &hand.grab_angle };
+        let grip = Grip::along(&self.world, p_world, along, angle.si())?;
         let place = grip.place(&self.world, self.world.data());
         self.hand.take(grip, place);
         Some(place)
@@ -193,6 +195,7 @@ impl Session {
             picked: count(&[FruitState::Deposited]),
             dropped: count(&[FruitState::Dropped]),
             snapped: self.snapped,
+            p_world_base: self.world.handle().x_world_base(self.world.data()).translation.vector.into(),
             state: self.state,
             pull: self.hand.grip().map(|grip| {
                 let place = grip.place(&self.world, self.world.data());

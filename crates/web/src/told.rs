@@ -22,6 +22,8 @@ pub struct Told {
     pub dropped: u32,
     /// Branches that snapped.
     pub snapped: u32,
+    /// Place of the robot's base \[m\], world.
+    pub p_world_base: [f64; 3],
     /// State of the controller; `None` before its first, or without a controller.
     pub state: Option<State>,
     /// Pull of the hand; `None` while it holds nothing.
