@@ -93,7 +93,7 @@ const answers = {
     renderer.setMeshes(message.meshes, message.counts);
     show(asked);
     tellFoliage(message.told.foliage);
-    view.face(message.told.p_world_base);
+    view.face(message.told.p_world_base, aspect());
     tell(message.told);
     $("waiting").hidden = true;
     $("grow").disabled = $("next").disabled = false;
@@ -115,10 +115,10 @@ const answers = {
   },
   grabbed(message) {
     if (!pointer || message.id !== pointer.id) return send("release");
-    if (message.distance < 0) return point(pointer.keys ? null : { ...pointer, mode: pointer.wanted });
-    const { p, along } = pointer.ray;
-    const depth = view.depth(p.map((x, k) => x + along[k] * message.distance));
-    point({ ...pointer, mode: "pull", depth });
+    const { place } = message;
+    if (!place) return point(pointer.keys ? null : { ...pointer, mode: pointer.wanted });
+    const at = pointer.keys ? view.place(place, aspect()) ?? pointer.at : pointer.at;
+    point({ ...pointer, mode: "pull", at, depth: view.depth(place) });
     pull();
   },
   stopped(message) {
@@ -165,7 +165,7 @@ function arrow() {
 
 // --- Pointer and keys ---
 
-// What the pointer, or the keyboard, does: { id, mode, at, ray, depth }. Mode is ask until the world said whether something is grabbed.
+// What the pointer, or the keyboard, does: { id, mode, at, depth }. Mode is ask until the world said whether something is grabbed.
 let pointer = null, grabs = 0;
 const touches = new Map();
 
@@ -182,7 +182,7 @@ function point(now) {
 function grab(at, wanted, keys = false) {
   const ray = view.ray(at, aspect());
   grabs += 1;
-  point({ id: grabs, mode: "ask", wanted, at, ray, keys });
+  point({ id: grabs, mode: "ask", wanted, at, keys });
   send("grab", { p: ray.p, along: ray.along, id: grabs, byKey: keys });
 }
 

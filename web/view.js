@@ -17,8 +17,9 @@ export class View {
   }
 
   // Looks from the side at a tree and a robot beside it, unless somebody chose another view.
-  face([x, y]) {
+  face([x, y], aspect) {
     if (this.moved) return;
+    this.distance = aspect < 1 ? 5.6 : 4.7;
     this.azimuth = Math.atan2(y, x) + 1.25;
     this.centre = [0.4 * x, 0.4 * y, 1.1];
   }

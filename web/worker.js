@@ -89,7 +89,8 @@ const actions = {
   step() { wasm.step(1); changed = true; },
   reset() { wasm.reset(); [due, changed] = [0, true]; },
   grab({ p, along, id, byKey }) {
-    postMessage({ kind: "grabbed", id, distance: wasm.grab(...p, ...along, byKey ? 1 : 0) });
+    wasm.grab(...p, ...along, byKey ? 1 : 0);
+    postMessage({ kind: "grabbed", id, place: told().pull?.p_world ?? null });
     changed = true;
   },
   pull({ p }) { wasm.pull_to(...p); changed = true; },

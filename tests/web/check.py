@@ -10,7 +10,9 @@ not do what its controls say, or does not say what is wrong.
 import functools
 import http.server
 import json
+import shutil
 import sys
+import tempfile
 import threading
 import time
 from pathlib import Path
@@ -215,7 +217,7 @@ def narrow(browser, site, errors, folder):
     visit.context.close()
 
 
-def faults(browser, site, errors, folder):
+def faults(browser, site, errors, folder, page):
     """Bad links, and browsers that lack something: each gets a sentence."""
     cases = {
         "?preset=lemon": "Preset `lemon` is unknown; the presets are: paper",
@@ -240,22 +242,21 @@ def faults(browser, site, errors, folder):
             visit.page.wait_for_selector("body[data-pictured]", state="attached")
         visit.context.close()
     lacks = {
-        "WebGL2": ("**/page.js", "HTMLCanvasElement.prototype.getContext = () => null;", "Use a browser with WebGL2"),
-        "WebAssembly": ("**/worker.js", "self.WebAssembly = undefined;", "It needs a browser with WebAssembly"),
+        "WebGL2": ("page.js", "HTMLCanvasElement.prototype.getContext = () => null;", "Use a browser with WebGL2"),
+        "WebAssembly": ("worker.js", "self.WebAssembly = undefined;", "It needs a browser with WebAssembly"),
     }
     for name, (file, without, sentence) in lacks.items():
-        visit = Visit(browser, site, SIZES["narrow"], errors, f"without {name}")
-
-        def changed(route, without=without):
-            answer = route.fetch()
-            route.fulfill(response=answer, body=without + answer.text())
-
-        visit.page.route(file, changed)
-        visit.page.goto(site)
-        visit.page.wait_for_selector("#problem:not([hidden])")
-        said = visit.page.inner_text("#problem")
-        visit.demand(sentence in said, f"says {said}")
-        visit.context.close()
+        with tempfile.TemporaryDirectory() as copy:
+            shutil.copytree(page, copy, dirs_exist_ok=True)
+            changed = Path(copy) / file
+            changed.write_text(without + changed.read_text())
+            own = serve(copy)
+            visit = Visit(browser, own, SIZES["narrow"], errors, f"without {name}")
+            visit.page.goto(own)
+            visit.page.wait_for_selector("#problem:not([hidden])")
+            said = visit.page.inner_text("#problem")
+            visit.demand(sentence in said, f"says {said}")
+            visit.context.close()
 
 
 def main():
@@ -269,7 +270,7 @@ def main():
         errors += [f"the worker wrote to the console: {line}" for line in said]
         first = wide(browser, site, errors, folder)
         narrow(browser, site, errors, folder)
-        faults(browser, site, errors, folder)
+        faults(browser, site, errors, folder, page)
         browser.close()
     Path(found).write_text(json.dumps({"digests": digests, "seconds": seconds, "first_picture": first}))
     for error in errors:

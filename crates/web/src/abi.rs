@@ -177,14 +177,12 @@ pub extern "C" fn picture() {
     });
 }
 
-/// Grabs what a ray from a place \[m\], world, along a direction meets, or misses by little; by a key (not 0) it may miss by more. Returns the distance from
-/// the start \[m\], or -1 if there is nothing.
+/// Grabs what a ray from a place \[m\], world, along a direction meets, or misses by little; by a key (not 0) it may miss by more. [`tell`] tells the
+/// grabbed place.
 #[unsafe(no_mangle)]
-pub extern "C" fn grab(x: f64, y: f64, z: f64, along_x: f64, along_y: f64, along_z: f64, by_key: u32) -> f64 {
-    let p_world = Vec3::new(x, y, z);
-    let along = Vec3::new(along_x, along_y, along_z);
-    let grabbed = with_session(|session| session.grab(&p_world, &along, by_key != 0));
-    grabbed.flatten().map_or(-1.0, |place| (place - p_world).norm())
+pub extern "C" fn grab(x: f64, y: f64, z: f64, along_x: f64, along_y: f64, along_z: f64, by_key: u32) {
+    let (p_world, along) = (Vec3::new(x, y, z), Vec3::new(along_x, along_y, along_z));
+    with_session(|session| session.grab(&p_world, &along, by_key != 0));
 }
 
 /// Moves the pointer to which the hand pulls \[m\], world.

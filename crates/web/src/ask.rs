@@ -9,7 +9,7 @@ use orchard_robot::RobotModel;
 use orchard_spec::{Preset, Spec};
 use serde::{Deserialize, Serialize};
 
-use crate::session::Driver;
+use crate::driver::Driver;
 
 /// The foliage dial in a world's config.
 const FOLIAGE: &str = "foliage.density";

@@ -10,6 +10,7 @@
 mod abi;
 mod ask;
 mod digest;
+mod driver;
 mod hand;
 mod mesh;
 mod picture;
@@ -19,11 +20,12 @@ mod told;
 
 pub use ask::{Ask, AskError, menu};
 pub use digest::FrameDigest;
+pub use driver::Driver;
 pub use hand::{Grip, Hand};
 pub use mesh::{MESH_FLOATS, Mesh};
 pub use picture::{Group, INSTANCE_FLOATS, Picture};
 pub use rules::{HandRules, V1_TOML, WebRules};
-pub use session::{Driver, Session};
+pub use session::Session;
 pub use told::{Pull, Told};
 
 /// Compiles and runs the example of the README.

@@ -1,49 +1,18 @@
 //! A world under a driver, stepped frame by frame.
 
 use orchard_geometry::Vec3;
-use orchard_picker::{Controller, Event, Kind, State};
+use orchard_picker::{Controller, Event, State};
 use orchard_robot::Command;
 use orchard_world::truth::FruitState;
 use orchard_world::{Status, World, WorldEvent};
 
 use crate::ask::{Ask, AskError, Parts};
 use crate::digest::{FrameDigest, frame_digest};
+use crate::driver::Driver;
 use crate::hand::{Grip, Hand};
 use crate::picture::Picture;
 use crate::rules::WebRules;
 use crate::told::{Pull, Told};
-
-/// Who commands the robot.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Driver {
-    /// A controller.
-    Controller(Kind),
-    /// Nobody: the robot stands as it started.
-    Nobody,
-}
-
-impl Driver {
-    /// All drivers, the best controller first.
-    pub const ALL: [Self; 4] = [
-        Self::Controller(Kind::Expert),
-        Self::Controller(Kind::Baseline),
-        Self::Controller(Kind::Paper),
-        Self::Nobody,
-    ];
-
-    /// Name of the driver.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Controller(kind) => kind.name(),
-            Self::Nobody => "nobody",
-        }
-    }
-
-    /// The driver of a name; `None` if there is none.
-    pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|driver| driver.name() == name)
-    }
-}
 
 /// A world with its driver and a hand.
 pub struct Session {
