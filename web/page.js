@@ -244,7 +244,7 @@ const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowD
 function key(event) {
   const arrow = ARROWS[event.key];
   if (arrow && pointer?.keys && pointer.mode === "pull") {
-    pointer.at = pointer.at.map((x, k) => Math.max(-1, Math.min(1, x + 0.04 * arrow[k])));
+    pointer.at = pointer.at.map((x, k) => Math.max(-1, Math.min(1, x + 0.01 * arrow[k])));
     pull();
   } else if (arrow && event.shiftKey) {
     view.move(-0.05 * arrow[0], -0.05 * arrow[1]);
