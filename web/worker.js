@@ -25,9 +25,10 @@ function give(string) {
   new Uint8Array(wasm.memory.buffer, place, bytes.length).set(bytes);
 }
 
+// Null before the first world.
 function told() {
   wasm.tell();
-  return JSON.parse(text());
+  return JSON.parse(text() || "null");
 }
 
 // Grows a world; returns why not, or null.
@@ -90,7 +91,7 @@ const actions = {
   reset() { wasm.reset(); [due, changed] = [0, true]; },
   grab({ p, along, id, byKey }) {
     wasm.grab(...p, ...along, byKey ? 1 : 0);
-    postMessage({ kind: "grabbed", id, place: told().pull?.p_world ?? null });
+    postMessage({ kind: "grabbed", id, place: told()?.pull?.p_world ?? null });
     changed = true;
   },
   pull({ p }) { wasm.pull_to(...p); changed = true; },
