@@ -42,7 +42,7 @@ struct Episode {
     seconds: f64,
 }
 
-/// What the browser found.
+/// Findings of the browser.
 #[derive(Deserialize)]
 struct Found {
     /// Digest of every frame, hexadecimal.

@@ -31,7 +31,7 @@ const PROGRAM: &str = "orchard.wasm";
 /// Kinds of files of the page.
 const KINDS: [&str; 3] = ["html", "css", "js"];
 
-/// What a page weighs.
+/// Size of a page.
 pub struct Weight {
     /// All files \[bytes\].
     pub raw: usize,

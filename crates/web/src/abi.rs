@@ -1,4 +1,4 @@
-//! What JavaScript calls: a plain C ABI over one session.
+//! The interface to JavaScript: a plain C ABI over one session.
 //!
 //! Text and numbers go through buffers of this module: JavaScript asks for the place of one with [`input`], writes into it, and calls; it reads what
 //! a call returned at [`output`] or [`floats`]. A panic stops the instance; its message stands at [`last_words`].

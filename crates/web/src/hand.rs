@@ -30,7 +30,7 @@ pub enum Grip {
 }
 
 impl Grip {
-    /// What a ray meets first, or else what it misses by the smallest angle, up to `grab_angle` \[rad\]: living wood, and fruit on their stems.
+    /// The thing that a ray meets first, or else misses by the smallest angle, up to `grab_angle` \[rad\]: living wood, and fruit on their stems.
     /// `p_world` \[m\] is the ray's start, `along` its direction.
     pub fn along(world: &World, p_world: &Vec3, along: &Vec3, grab_angle: f64) -> Option<Self> {
         let length = along.norm();

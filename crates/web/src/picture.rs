@@ -1,4 +1,4 @@
-//! What is visible, as instances of small meshes.
+//! The visible things of a world, as instances of small meshes.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -25,7 +25,7 @@ pub struct Group {
     pub count: usize,
 }
 
-/// What is visible: meshes, and their instances in the world's frame.
+/// The visible things: meshes, and their instances in the world's frame.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Picture {
     /// The meshes.
@@ -83,7 +83,7 @@ struct Drawing<'a> {
 }
 
 impl Picture {
-    /// The picture of a world; what the hand holds is highlighted.
+    /// The picture of a world; the thing in the hand is highlighted.
     pub(crate) fn of(world: &World, grip: Option<&Grip>, ground: &GroundRules) -> Self {
         let scene = world.picture_scene();
         let blade = BladeMesh::from_spec(&world.spec().foliage);

@@ -145,7 +145,7 @@ impl Session {
         Picture::of(&self.world, self.hand.grip(), &self.rules.ground)
     }
 
-    /// What a page tells about the present state.
+    /// The figures of the present state.
     pub fn told(&self) -> Told {
         let count = |states: &[FruitState]| {
             self.world.fruit_truth().iter().filter(|fruit| states.contains(&fruit.state)).count() as u32
