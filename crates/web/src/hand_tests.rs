@@ -120,7 +120,7 @@ fn a_pulled_apple_comes_off_its_stem() {
     assert!(!session.world().data().tethered[session.world().fruit().points[apple].index()]);
 }
 
-/// What was grabbed and let go leaves no force behind; a hand that never pulled leaves every bit.
+/// A grip that was let go leaves no force behind; a hand that never pulled leaves every bit.
 #[test]
 fn an_empty_hand_leaves_every_bit() {
     let digests = |grabs: bool| -> Vec<FrameDigest> {
