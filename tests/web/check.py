@@ -159,7 +159,8 @@ def pull(visit, touch):
 
     def grab():
         for down in [0.62, 0.5, 0.4]:
-            for right in range(20, 81, 2):
+            # The tree stands to the right of the middle, beside the robot.
+            for right in [*range(62, 81), *range(20, 62, 2)]:
                 x, y = box["x"] + box["width"] * right / 100, box["y"] + box["height"] * down
                 send("down", x, y)
                 page.wait_for_function("() => document.getElementById('canvas').dataset.pointer !== 'ask'")
