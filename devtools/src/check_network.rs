@@ -58,11 +58,7 @@ pub fn check() -> Result<Verdict, Failure> {
 
 /// Runs the program in WebAssembly and returns what it prints; the error names what is missing for it.
 fn in_wasm(folder: &Path) -> Result<Result<Vec<u8>, Failure>, &'static str> {
-    let library = Command::new("rustc").args(["--print", "target-libdir", "--target", WASM]).output();
-    let library = library.ok().filter(|found| found.status.success());
-    let library =
-        library.map(|found| PathBuf::from(String::from_utf8_lossy(&found.stdout).trim().to_owned()));
-    if !library.is_some_and(|library| library.is_dir()) {
+    if !workspace::has_target(WASM) {
         return Err("Rust's target wasm32-wasip1");
     }
     if Command::new("node").arg("--version").output().is_err() {

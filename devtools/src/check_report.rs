@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::python;
+use crate::{browser, python};
 use orchard_program::Failure;
 use orchard_program::commands::report;
 use orchard_program::{Program, Verdict};
@@ -26,8 +26,6 @@ pub struct Args {
 
 /// Folder of the script and of the screenshots.
 const SUITE: &str = "report";
-/// Program names of Chromium.
-const BROWSERS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
 /// Every task and every sweep, each at its smallest size.
 const RUN: [&str; 11] = [
     "bench-v1",
@@ -53,12 +51,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// Opens the report of a folder, or of a small run; `Skipped` gives the reason why it cannot.
 fn check(dir: Option<&Path>) -> Result<Verdict, Failure> {
-    let Some(browser) = BROWSERS.iter().find_map(|name| in_path(name)) else {
-        let problem = format!("none of {} found", BROWSERS.join(", "));
-        if std::env::var_os("CI").is_some_and(|ci| ci == "true") {
-            return Err(Failure::Failed(format!("a browser is needed in continuous integration: {problem}")));
-        }
-        return Ok(Verdict::Skipped(problem));
+    let browser = match browser::find()? {
+        Ok(browser) => browser,
+        Err(skipped) => return Ok(skipped),
     };
     let environment = match python::environment(SUITE)? {
         Ok(environment) => environment,
@@ -79,10 +74,4 @@ fn small_run() -> Result<PathBuf, Failure> {
     let line = [&["orchard"][..], &RUN[..]].concat().into_iter().map(OsString::from);
     Program::new().call(line.chain(["--out".into(), dir.clone().into_os_string()]))?;
     Ok(dir)
-}
-
-/// Finds a program in the search path.
-fn in_path(name: &str) -> Option<PathBuf> {
-    let path = std::env::var_os("PATH")?;
-    std::env::split_paths(&path).map(|folder| folder.join(name)).find(|program| program.is_file())
 }

@@ -3,12 +3,14 @@
 #[macro_use]
 extern crate orchard_program;
 
+mod browser;
 mod check_combinations;
 mod check_learning;
 mod check_network;
 mod check_python;
 mod check_report;
 mod check_statistics;
+mod check_web;
 mod fuzz;
 mod judge;
 mod perf;
@@ -17,6 +19,7 @@ mod read_back;
 mod reuse;
 mod test;
 mod tidy;
+mod web;
 mod workspace;
 
 use std::process::ExitCode;
@@ -47,6 +50,7 @@ enum Command {
     CheckPython(check_python::Args),
     CheckReport(check_report::Args),
     CheckStatistics(check_statistics::Args),
+    CheckWeb(check_web::Args),
     Fuzz(fuzz::Args),
     Judge(judge::Args),
     Perf(perf::Args),
@@ -54,6 +58,7 @@ enum Command {
     CheckReuse(reuse::Args),
     Test(test::Args),
     Tidy(tidy::Args),
+    Web(web::Args),
 }
 
 fn main() -> ExitCode {
@@ -72,6 +77,7 @@ fn execute(command: &Command) -> Result<(), Failure> {
         Command::CheckPython(args) => check_python::run(args),
         Command::CheckReport(args) => check_report::run(args),
         Command::CheckStatistics(args) => check_statistics::run(args),
+        Command::CheckWeb(args) => check_web::run(args),
         Command::Fuzz(args) => fuzz::run(args),
         Command::Judge(args) => judge::run(args),
         Command::Perf(args) => perf::run(args),
@@ -79,6 +85,7 @@ fn execute(command: &Command) -> Result<(), Failure> {
         Command::CheckReuse(args) => reuse::run(args),
         Command::Test(args) => test::run(args),
         Command::Tidy(args) => tidy::run(args),
+        Command::Web(args) => web::run(args),
     }
 }
 

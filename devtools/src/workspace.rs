@@ -1,6 +1,7 @@
 //! The workspace on disk.
 
 use std::path::{Path, PathBuf};
+use std::process::Command;
 use std::sync::OnceLock;
 
 use anyhow::Context;
@@ -18,10 +19,17 @@ pub fn target() -> PathBuf {
 
 /// The folder of Rust's compilers.
 pub fn sysroot() -> anyhow::Result<PathBuf> {
-    let output = std::process::Command::new("rustc").args(["--print", "sysroot"]).output();
+    let output = Command::new("rustc").args(["--print", "sysroot"]).output();
     let output = output.context("cannot run rustc")?;
     anyhow::ensure!(output.status.success(), "rustc --print sysroot ended with {}", output.status);
     Ok(PathBuf::from(String::from_utf8_lossy(&output.stdout).trim()))
+}
+
+/// True if Rust's standard library for a target is installed.
+pub fn has_target(target: &str) -> bool {
+    let library = Command::new("rustc").args(["--print", "target-libdir", "--target", target]).output();
+    let library = library.ok().filter(|found| found.status.success());
+    library.is_some_and(|found| Path::new(String::from_utf8_lossy(&found.stdout).trim()).is_dir())
 }
 
 /// These tools as a program to call. It is a second name of the file that runs: cargo replaces the first one when it builds the tools again. The first

@@ -6,19 +6,21 @@ use std::path::Path;
 use std::process::{Command, ExitCode};
 
 /// Commands of the developers' tools (`devtools`); every other command is one of the program's.
-const DEVELOPER: [&str; 12] = [
+const DEVELOPER: [&str; 14] = [
     "check-combinations",
     "check-network",
     "check-python",
     "check-report",
     "check-reuse",
     "check-statistics",
+    "check-web",
     "fuzz",
     "judge",
     "perf",
     "read-back",
     "test",
     "tidy",
+    "web",
 ];
 
 /// Commands of the developers' tools whose figures or run times need the optimised build.

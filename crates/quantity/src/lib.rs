@@ -176,6 +176,11 @@ impl Quantity {
         self.value
     }
 
+    /// Lowest and highest value that the file allows, in [`Quantity::unit`].
+    pub fn range(&self) -> [f64; 2] {
+        self.range
+    }
+
     /// The unit that the file states.
     pub fn unit(&self) -> Unit {
         self.unit

@@ -7,6 +7,7 @@
 
 mod build;
 mod camera;
+mod digest;
 mod envelope;
 mod event;
 mod ground;

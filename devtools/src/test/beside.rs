@@ -1,5 +1,5 @@
-//! Checks that compile little. They run beside the builds, one after another, each as a process of its own whose output is shown when it ends; the
-//! last two compile small programs.
+//! Checks that compile little. They run beside the builds, one after another, each as a process of its own whose output is shown when it ends; some
+//! compile programs.
 
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
@@ -11,13 +11,14 @@ use super::Outcome;
 use crate::workspace;
 
 /// Name of each check, and its command.
-const CHECKS: [(&str, &str); 8] = [
+const CHECKS: [(&str, &str); 9] = [
     ("tidy", "tidy"),
     ("combinations", "check-combinations"),
     ("judge", "judge"),
     ("statistics", "check-statistics"),
     ("read-back", "read-back"),
     ("report", "check-report"),
+    ("web", "check-web"),
     ("network", "check-network"),
     ("python", "check-python"),
 ];

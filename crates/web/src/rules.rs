@@ -1,0 +1,77 @@
+//! Figures of the page: `configs/web/v1.toml`.
+
+use orchard_quantity::{ConfigError, Quantity, from_toml};
+use serde::{Deserialize, Serialize};
+
+/// The figures as TOML text.
+pub const V1_TOML: &str = include_str!("../configs/web/v1.toml");
+
+/// Figures of the page.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WebRules {
+    /// Version; it is raised when a figure changes.
+    pub version: String,
+    /// The hand.
+    pub hand: HandRules,
+    /// The ground.
+    pub ground: GroundRules,
+}
+
+/// Figures of the hand.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HandRules {
+    /// Stiffness of the spring between the grabbed place and the pointer.
+    pub stiffness: Quantity,
+    /// Largest force of the spring.
+    pub largest_force: Quantity,
+    /// Force by which the compliance of the grabbed place is measured.
+    pub probe_force: Quantity,
+    /// Angle by which the pointer may miss what it grabs.
+    pub grab_angle: Quantity,
+    /// Angle within which the keyboard grabs what is nearest to the middle of the picture.
+    pub key_grab_angle: Quantity,
+}
+
+/// Figures of the ground as it is drawn.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GroundRules {
+    /// Half the side of the level ground.
+    pub extent: Quantity,
+}
+
+impl WebRules {
+    /// Reads the figures from TOML text; `file` names it in errors.
+    ///
+    /// # Errors
+    /// Not TOML, a field missing or unknown, a value outside its range.
+    pub fn from_toml(file: &str, text: &str) -> Result<Self, ConfigError> {
+        from_toml(file, text)
+    }
+
+    /// The figures of version 1.
+    ///
+    /// # Panics
+    /// Never: the embedded file is read in this crate's tests.
+    pub fn v1() -> Self {
+        match Self::from_toml("web/v1.toml", V1_TOML) {
+            Ok(rules) => rules,
+            Err(e) => unreachable!("embedded figures: {e}"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_embedded_figures_read_and_a_wrong_one_is_named() {
+        assert_eq!(WebRules::v1().version, "v1");
+        let text = V1_TOML.replacen("stiffness = { value = 400.0", "stiffness = { value = 0.0", 1);
+        let e = WebRules::from_toml("x.toml", &text).unwrap_err().to_string();
+        assert!(e.starts_with("x.toml: hand.stiffness: "), "{e}");
+    }
+}

@@ -1,0 +1,92 @@
+use super::*;
+use orchard_scenario::Scenario;
+
+fn ask(driver: &str) -> Ask {
+    Ask { driver: driver.to_owned(), ..Ask::default() }
+}
+
+/// A session moves as the benchmark's episode does: the same world, controller and commands, bit for bit.
+#[test]
+fn a_session_is_the_episode_of_the_benchmark() {
+    let scenario = Scenario::of(&[("controller", "expert")]).unwrap();
+    let mut world = scenario.world(20250704, 0, 0).unwrap();
+    let mut controller = scenario.controller();
+    let mut session = Session::grow(&ask("expert")).unwrap();
+    for _ in 0..120 {
+        let command = controller.act(&world.observe());
+        world.step(&command);
+        session.step();
+        assert_eq!(session.world().state_digest(), world.state_digest());
+    }
+    assert!(session.told().state.is_some() && session.told().time == 2.0);
+}
+
+#[test]
+fn a_reset_session_repeats_every_frame_and_watching_changes_nothing() {
+    let mut session = Session::grow(&ask("baseline")).unwrap();
+    let first: Vec<FrameDigest> = (0..30).map(|_| session.step_watched()).collect();
+    session.reset();
+    assert_eq!(session.told().frame, 0);
+    (0..29).for_each(|_| session.step());
+    assert_eq!(session.step_watched(), first[29]);
+    assert!(first.windows(2).all(|pair| pair[0] != pair[1]));
+}
+
+/// The names mean what they mean on the command line.
+#[test]
+fn presets_are_those_of_scenarios() {
+    for preset in orchard_scenario::presets() {
+        let scenario = Scenario::of(&[("preset", preset)]).unwrap();
+        let parts = Ask { preset: preset.into(), ..Ask::default() }.parts().unwrap();
+        assert!(parts.spec == *scenario.spec() && parts.detector == *scenario.detector(), "{preset}");
+        assert_eq!(parts.robot.articulation(), scenario.robot().articulation());
+    }
+}
+
+#[test]
+fn with_nobody_the_robot_stands() {
+    let mut session = Session::grow(&ask("nobody")).unwrap();
+    let base = |session: &Session| session.world().handle().x_world_base(session.world().data());
+    let start = base(&session);
+    (0..60).for_each(|_| session.step());
+    assert!((base(&session).translation.vector - start.translation.vector).norm() < 1e-3);
+    assert_eq!(session.told().state, None);
+}
+
+#[test]
+fn what_cannot_be_grown_is_named_with_what_can() {
+    let refused = |ask: Ask| Session::grow(&ask).map(|_| ()).unwrap_err().to_string();
+    let e = refused(Ask { seed: "12x".into(), ..Ask::default() });
+    assert_eq!(e, "seed `12x` is no whole number from 0 to 18446744073709551615");
+    assert!(refused(Ask { seed: String::new(), ..Ask::default() }).starts_with("seed `` is no"));
+    assert!(refused(Ask { seed: "18446744073709551616".into(), ..Ask::default() }).starts_with("seed `184"));
+    let e = refused(Ask { preset: "lemon".into(), ..Ask::default() });
+    assert!(e.starts_with("preset `lemon` is unknown; the presets are: paper, "), "{e}");
+    let e = refused(ask("me"));
+    assert_eq!(e, "driver `me` is unknown; the drivers are: expert, baseline, paper, nobody");
+    for foliage in [-0.1, 3.5, f64::NAN] {
+        let e = refused(Ask { foliage: Some(foliage), ..Ask::default() });
+        assert!(e.starts_with("foliage: "), "{e}");
+    }
+    assert!(Ask::from_json("{").unwrap_err().to_string().starts_with("the options cannot be read: "));
+    assert!(Ask::from_json(r#"{ "leaves": 1 }"#).unwrap_err().to_string().contains("leaves"));
+}
+
+#[test]
+fn the_menu_has_the_names_that_can_be_asked_for() {
+    let menu: serde_json::Value = serde_json::from_str(&crate::menu()).unwrap();
+    let defaults: Ask = serde_json::from_value(menu["defaults"].clone()).unwrap();
+    assert_eq!(defaults, Ask::default());
+    assert!(menu["presets"].as_array().unwrap().iter().any(|name| *name == "tall-spindle"));
+    assert_eq!(menu["foliage"], serde_json::json!([0.0, 3.0]));
+}
+
+#[test]
+fn the_foliage_dial_changes_the_leaves() {
+    let leaves = |foliage| {
+        let session = Session::grow(&Ask { foliage: Some(foliage), ..ask("nobody") }).unwrap();
+        assert_eq!(session.told().foliage, foliage);
+        session.world().skeleton().leaves.len()
+    };
+    assert!(leaves(0.0) == 0 && leaves(1.0) > leaves(0.3));
+}

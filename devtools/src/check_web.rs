@@ -1,0 +1,138 @@
+//! `cargo xtask check-web`: the page in a browser, and its bits against those here.
+
+use std::path::{Path, PathBuf};
+
+use orchard_bench::store::write_bytes;
+use orchard_program::{Failure, Verdict};
+use orchard_web::{Ask, Session};
+use serde::{Deserialize, Serialize};
+
+use crate::{browser, python, web};
+
+/// Builds the page of docs/web.md, runs an episode of the expert in a worker of headless Chromium, compares every frame's digest with this
+/// processor's, and opens the page at 1280 and 390 px.
+#[derive(clap::Args)]
+#[command(
+    after_help = "A digest covers the depth image that the controller saw, its command, and the state of the world. On the page: it draws, steps, pulls a branch by\n\
+                  mouse and by touch, grows another tree, and says what is wrong with a bad link and with a browser that lacks WebGL2 or WebAssembly; nothing is\n\
+                  wider than the window, every control has a label, the console is empty. Screenshots are written to target/web/*.png.\n\n\
+                  Needs Rust's target wasm32-unknown-unknown, Chromium (Debian: chromium), python3 with venv, and the network on the first run: the driver\n\
+                  goes into target/web/venv. What is missing is named and the check is skipped; with CI=true in the environment it fails."
+)]
+pub struct Args {
+    /// Length of the episode \[s\]
+    #[arg(long, value_name = "S", default_value_t = 75.0, value_parser = seconds)]
+    seconds: f64,
+}
+
+/// Folder of the script, of the page and of the screenshots.
+const SUITE: &str = "web";
+
+fn seconds(text: &str) -> Result<f64, String> {
+    let seconds = text.parse().ok().filter(|seconds| (0.1..=600.0).contains(seconds));
+    seconds.ok_or_else(|| "must be a time from 0.1 to 600 s".to_owned())
+}
+
+/// An episode that both sides run.
+#[derive(Serialize)]
+struct Episode {
+    ask: Ask,
+    frames: u32,
+    /// Length of the episode \[s\].
+    seconds: f64,
+}
+
+/// Findings of the browser.
+#[derive(Deserialize)]
+struct Found {
+    /// Digest of every frame, hexadecimal.
+    digests: Vec<String>,
+    /// Wall time of the same episode without digests \[s\].
+    seconds: f64,
+    /// Time from the request of the page to its first picture \[s\].
+    first_picture: f64,
+}
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    match check(args.seconds)? {
+        Verdict::Agreed => say!("screenshots: {}", python::folder(SUITE).display()),
+        Verdict::Skipped(reason) => eprintln!("SKIPPED: the page is not run in a browser: {reason}"),
+    }
+    Ok(())
+}
+
+/// Runs the page in a browser; `Skipped` gives the reason why it cannot.
+fn check(seconds: f64) -> Result<Verdict, Failure> {
+    let chromium = match browser::find()? {
+        Ok(chromium) => chromium,
+        Err(skipped) => return Ok(skipped),
+    };
+    if !web::can_build() {
+        return browser::lacking(web::missing());
+    }
+    let environment = match python::environment(SUITE)? {
+        Ok(environment) => environment,
+        Err(skipped) => return Ok(skipped),
+    };
+    let folder = python::folder(SUITE);
+    let weight = web::build(&folder.join("page"))?;
+    let ask = Ask::default();
+    let session = Session::grow(&ask).map_err(|e| Failure::Failed(e.to_string()))?;
+    let frames = (seconds * session.told().frame_rate).round() as u32;
+    let episode = Episode { ask, frames, seconds };
+    let (asked, found) = (folder.join("episode.json"), folder.join("found.json"));
+    let text = serde_json::to_vec(&episode).map_err(|e| Failure::Failed(e.to_string()))?;
+    write_bytes(&asked, &text).map_err(|e| Failure::Failed(e.to_string()))?;
+    let here = std::thread::spawn(move || digests(session, frames));
+    let page = folder.join("page");
+    environment.compare("check.py", &[chromium, page, asked, found.clone(), folder])?;
+    let here = here.join().map_err(|_| Failure::Failed("the episode panicked on this processor".into()))?;
+    let there = read(&found)?;
+    compare(&here, &there.digests)?;
+    let [factor, first] = [seconds / there.seconds, there.first_picture];
+    say!(
+        "{frames} frames of the expert: the same bits in the browser; {factor:.1} times real time, first picture after {first:.1} s, {weight}"
+    );
+    Ok(Verdict::Agreed)
+}
+
+/// Digest of every frame on this processor, hexadecimal.
+fn digests(mut session: Session, frames: u32) -> Vec<String> {
+    let hex = |digest: [u8; 32]| digest.iter().map(|byte| format!("{byte:02x}")).collect();
+    (0..frames).map(|_| hex(session.step_watched())).collect()
+}
+
+fn read(path: &PathBuf) -> Result<Found, Failure> {
+    let failed = |e: String| Failure::Failed(format!("{}: {e}", Path::display(path)));
+    let text = std::fs::read(path).map_err(|e| failed(e.to_string()))?;
+    serde_json::from_slice(&text).map_err(|e| failed(e.to_string()))
+}
+
+/// Compares digests frame by frame.
+fn compare(here: &[String], there: &[String]) -> Result<(), Failure> {
+    if here.len() != there.len() {
+        let (here, there) = (here.len(), there.len());
+        return Err(Failure::Failed(format!("the browser ran {there} frames, this processor {here}")));
+    }
+    match here.iter().zip(there).position(|(here, there)| here != there) {
+        None => Ok(()),
+        Some(frame) => Err(Failure::Failed(format!(
+            "the browser gives other bits than this processor from frame {frame} of {} on",
+            here.len()
+        ))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_frame_that_differs_is_named() {
+        let list = |texts: &[&str]| texts.iter().map(|text| (*text).to_owned()).collect::<Vec<_>>();
+        assert!(compare(&list(&["a", "b"]), &list(&["a", "b"])).is_ok());
+        let e = compare(&list(&["a", "b", "c"]), &list(&["a", "x", "y"])).unwrap_err().to_string();
+        assert!(e.contains("from frame 1 of 3 on"), "{e}");
+        assert!(compare(&list(&["a"]), &[]).unwrap_err().to_string().contains("ran 0 frames"));
+    }
+}
