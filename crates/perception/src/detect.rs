@@ -1,51 +1,10 @@
 //! Detection of fruit in a depth image.
 
-use crate::cloud::Cloud;
-use crate::evidence::{Evidence, Examiner};
-use crate::gates::{Gate, Limits};
+use crate::gates::Gate;
+use crate::geometric::{Candidate, Detection, search};
 use crate::learned;
-use crate::noise::Noise;
-use crate::posterior::Posterior;
-use crate::search::{Hypothesis, Search};
-use crate::segment::patches;
-use crate::sphere::Sphere;
-use crate::votes;
 use crate::{DetectorConfig, PerceptionError};
-use orchard_geometry::{DepthImage, Image, Intrinsics, Vec3};
-
-/// A sphere that passed every gate.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Detection {
-    /// Centre in the camera frame \[m\].
-    pub p_camera: Vec3,
-    /// Radius \[m\].
-    pub radius: f64,
-    /// Probability that it is a fruit, by the evidence.
-    pub score: f64,
-    /// Standard deviation of the centre's distance from `p_camera` \[m\]; infinite if too few pixels determine it.
-    pub center_deviation: f64,
-    /// Standard deviation of the radius \[m\]; infinite if too few pixels determine it.
-    pub radius_deviation: f64,
-    /// Share of its disc that is seen.
-    pub visible: f64,
-    /// Root mean square of the radial residual \[m\].
-    pub rms: f64,
-    /// Number of support pixels: those that lie on the sphere.
-    pub pixels: u32,
-    /// Centre (u, v) in the image \[px\].
-    pub center_px: (f64, f64),
-}
-
-/// A sphere that was considered, with the first gate that refused it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Candidate {
-    /// The detection as it would be reported.
-    pub detection: Detection,
-    /// Gate that refused the sphere; `None` if it passed all gates.
-    pub refused_by: Option<Gate>,
-    /// Evidence for and against it.
-    pub evidence: Evidence,
-}
+use orchard_geometry::{DepthImage, Image, Intrinsics};
 
 /// Finds fruit in a depth image \[m\]. `mask` is true where a pixel must be ignored (robot, ground) and has the image's size.
 ///
@@ -76,16 +35,6 @@ pub fn candidates(
     find(depth, intrinsics, mask, config, |_| true)
 }
 
-/// As [`candidates`], by the search of the geometric detector even if the config has a network.
-pub(crate) fn geometric(
-    depth: &DepthImage,
-    intrinsics: &Intrinsics,
-    mask: Option<&Image<bool>>,
-    config: &DetectorConfig,
-) -> Result<Vec<Candidate>, PerceptionError> {
-    search(depth, intrinsics, mask, config, |_| true)
-}
-
 /// Returns the spheres that `wanted` takes by the gate that refused them: of places that a network finds, or of a search.
 fn find(
     depth: &DepthImage,
@@ -97,113 +46,5 @@ fn find(
     match &config.network {
         Some(figures) => learned::find(depth, intrinsics, mask, config, figures),
         None => search(depth, intrinsics, mask, config, wanted),
-    }
-}
-
-/// Returns the spheres that `wanted` takes by the gate that refused them; the score refuses afterwards.
-fn search(
-    depth: &DepthImage,
-    intrinsics: &Intrinsics,
-    mask: Option<&Image<bool>>,
-    config: &DetectorConfig,
-    wanted: impl Fn(Option<Gate>) -> bool,
-) -> Result<Vec<Candidate>, PerceptionError> {
-    let step = config.fit.sampling.get() as usize;
-    let cloud = Cloud::new(depth, intrinsics, mask, config.segmentation.range.si(), step)?;
-    let limits = Limits::new(config);
-    let mut marks = vec![false; cloud.len()];
-    let mut out = Vec::new();
-    let mut judge = |h: Hypothesis| {
-        let refused_by = limits.refusal(&cloud, &h.sphere, &h.support, &mut marks);
-        if wanted(refused_by) {
-            out.push((h, refused_by));
-        }
-    };
-    if config.fit.use_prior {
-        votes::run(&cloud, config, judge);
-    } else if config.fit.refine {
-        Search::new(&cloud, config).run(judge);
-    } else {
-        let noise = Noise::new(config);
-        for support in patches(&cloud, |z| noise.jump(z), limits.min_pixels) {
-            let sphere = Sphere::fit(support.iter().map(|&i| cloud.point(i)));
-            if let Some(sphere) = sphere.filter(|s| s.center.z > 0.0) {
-                judge(Hypothesis { sphere, support });
-            }
-        }
-    }
-    if !config.score.on {
-        // The sort is stable: equal sizes stay in image order.
-        out.sort_by_key(|(h, _)| std::cmp::Reverse(h.support.len()));
-        let kept = without_duplicates(out, |(h, refused_by)| refused_by.is_none().then_some(h.sphere));
-        let report = Report::new(&cloud, intrinsics, config);
-        return Ok(kept.into_iter().map(|(h, refused_by)| report.of(&h, refused_by)).collect());
-    }
-    let report = Report::new(&cloud, intrinsics, config);
-    let mut scored: Vec<Candidate> =
-        out.into_iter().map(|(h, refused_by)| report.of(&h, refused_by)).collect();
-    scored.sort_by(|a, b| b.detection.score.total_cmp(&a.detection.score));
-    let sphere = |c: &Candidate| {
-        let Detection { p_camera: center, radius, .. } = c.detection;
-        c.refused_by.is_none().then_some(Sphere { center, radius })
-    };
-    let mut kept = without_duplicates(scored, sphere);
-    let least = config.score.least.si();
-    for c in kept.iter_mut().filter(|c| c.refused_by.is_none() && c.detection.score < least) {
-        c.refused_by = Some(Gate::Score);
-    }
-    Ok(kept)
-}
-
-/// Keeps the first of accepted spheres whose centres lie within one radius of each other, and all refused ones. `accepted` returns the
-/// sphere of an accepted one.
-pub(crate) fn without_duplicates<T>(all: Vec<T>, accepted: impl Fn(&T) -> Option<Sphere>) -> Vec<T> {
-    let mut out: Vec<T> = Vec::new();
-    let mut taken: Vec<Sphere> = Vec::new();
-    for one in all {
-        if let Some(sphere) = accepted(&one) {
-            let same = |t: &Sphere| (t.center - sphere.center).norm() < t.radius.max(sphere.radius);
-            if taken.iter().any(same) {
-                continue;
-            }
-            taken.push(sphere);
-        }
-        out.push(one);
-    }
-    out
-}
-
-/// Makes reports of spheres.
-struct Report<'a> {
-    cloud: &'a Cloud,
-    /// Of the image, not of the cloud.
-    intrinsics: &'a Intrinsics,
-    config: &'a DetectorConfig,
-    examiner: Examiner,
-    posterior: Posterior,
-}
-
-impl<'a> Report<'a> {
-    fn new(cloud: &'a Cloud, intrinsics: &'a Intrinsics, config: &'a DetectorConfig) -> Self {
-        let (examiner, posterior) = (Examiner::new(config), Posterior::new(config));
-        Self { cloud, intrinsics, config, examiner, posterior }
-    }
-
-    fn of(&self, h: &Hypothesis, refused_by: Option<Gate>) -> Candidate {
-        let evidence = self.examiner.examine(self.cloud, h);
-        let deviations = self.posterior.deviations(self.cloud, &h.sphere);
-        let detection = Detection {
-            p_camera: h.sphere.center,
-            radius: h.sphere.radius,
-            score: evidence.score(&self.config.score.weights, &self.config.fit.prior),
-            center_deviation: deviations.center,
-            radius_deviation: deviations.radius,
-            visible: evidence.visible,
-            rms: h.sphere.rms(h.support.iter().map(|&i| self.cloud.point(i))),
-            pixels: (h.support.len() * self.cloud.step * self.cloud.step) as u32,
-            // Callers keep z > 0.
-            center_px: self.intrinsics.project(&h.sphere.center).unwrap_or((f64::NAN, f64::NAN)),
-        };
-        Candidate { detection, refused_by, evidence }
     }
 }

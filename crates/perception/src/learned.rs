@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use crate::config::Network as Figures;
-use crate::detect::{Candidate, without_duplicates};
+use crate::geometric::{Candidate, without_duplicates};
 use crate::region::{Region, fit_regions};
 use crate::sphere::Sphere;
 use crate::{DetectorConfig, Gate, PerceptionError};

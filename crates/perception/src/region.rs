@@ -1,7 +1,7 @@
 //! Spheres in regions where another detector, such as a learned one, found a fruit: it says where, this crate says how large and how far.
 
-use crate::detect::{Candidate, geometric};
 use crate::gates::Gate;
+use crate::geometric::{Candidate, search};
 use crate::{DetectorConfig, PerceptionError};
 use orchard_geometry::{DepthImage, Image, Intrinsics};
 
@@ -66,7 +66,7 @@ fn fit(
     }
     let inner = Intrinsics { width, height, cx: k.cx - columns.0 as f64, cy: k.cy - rows.0 as f64, ..*k };
     let mut best: Option<(f64, Candidate)> = None;
-    for mut candidate in geometric(&part, &inner, Some(&left_out), config)? {
+    for mut candidate in search(&part, &inner, Some(&left_out), config, |_| true)? {
         if matches!(candidate.refused_by, Some(Gate::MinPixels | Gate::Radius | Gate::Convexity)) {
             continue;
         }
