@@ -18,7 +18,7 @@ use crate::workspace;
                   server; for a look: python3 -m http.server --directory DIR."
 )]
 pub struct Args {
-    /// Folder for the page; files of the same names are replaced
+    /// Folder for the page, made if it is missing; files of the same names are replaced
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 }
@@ -69,6 +69,7 @@ pub fn can_build() -> bool {
 /// Builds the page into a folder.
 pub fn build(out: &Path) -> Result<Weight, Failure> {
     let program = compile()?;
+    std::fs::create_dir_all(out).map_err(|e| failed(out, e))?;
     let source = workspace::root().join("web");
     let mut files = vec![(PROGRAM.to_owned(), program)];
     for path in workspace::files(&source, &KINDS)? {
