@@ -128,7 +128,7 @@ impl GpuBatch {
         let count = worlds as usize;
         let memory = Memory::replicated(base, count, options.pushes_each.max(1), options.solver)?;
         let mut batch = Self::of(gpu, memory, vec![base.world().plant().clone(); count])?;
-        batch.vary_bindings = Some(batch.buffers.bind(gpu, &batch.pipelines.bindings, Use::Varies));
+        batch.vary_bindings = Some(batch.buffers.bind(gpu, &batch.pipelines.kernels.bindings, Use::Varies));
         if base.varies() {
             batch.redraw(&(0..count).collect::<Vec<_>>(), 0)?;
         }
@@ -145,7 +145,7 @@ impl GpuBatch {
             pipelines.of(pass, memory.laws);
         }
         let batch = Self {
-            bindings: buffers.bind(gpu, &pipelines.bindings, Use::Steps),
+            bindings: buffers.bind(gpu, &pipelines.kernels.bindings, Use::Steps),
             vary_bindings: None,
             gpu: gpu.clone(),
             reported: vec![Reported::default(); plants.len()],

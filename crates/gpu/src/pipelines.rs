@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use wgpu::{ComputePipeline, PipelineCompilationOptions, PipelineLayout, ShaderModule};
+use wgpu::{BufferBindingType, ComputePipeline, PipelineCompilationOptions, PipelineLayout, ShaderModule};
 
 use crate::laws::Laws;
 use crate::shader;
@@ -10,11 +10,7 @@ use crate::shader;
 /// One pipeline for each kind of pass and each set of laws, compiled at its first use.
 #[derive(Debug)]
 pub(crate) struct Pipelines {
-    device: wgpu::Device,
-    module: ShaderModule,
-    layout: PipelineLayout,
-    /// Layout of their bindings.
-    pub bindings: wgpu::BindGroupLayout,
+    pub kernels: Kernels,
     /// Compiled pipelines, by laws and kind of pass.
     compiled: [[OnceLock<ComputePipeline>; Pass::ALL.len()]; Laws::COUNT],
 }
@@ -78,21 +74,12 @@ impl Pass {
 impl Pipelines {
     /// Reads the kernels' source.
     pub fn new(device: &wgpu::Device) -> Self {
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("orchard"),
-            source: wgpu::ShaderSource::Wgsl(shader::source().into()),
-        });
-        let bindings = binding_layout(device);
-        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: None,
-            bind_group_layouts: &[Some(&bindings)],
-            immediate_size: 0,
-        });
+        // The rules, then the buffers in the order of `kernels/memory.wgsl`: tiles, and forces or the table, are read-only.
+        let storage = [true, false, false, false, false, false, false, true]
+            .map(|read_only| (BufferBindingType::Storage { read_only }, false));
+        let buffers: Vec<_> = std::iter::once((BufferBindingType::Uniform, true)).chain(storage).collect();
         Self {
-            device: device.clone(),
-            layout,
-            module,
-            bindings,
+            kernels: Kernels::new(device, "orchard", shader::source(), &buffers),
             compiled: [const { [const { OnceLock::new() }; Pass::ALL.len()] }; Laws::COUNT],
         }
     }
@@ -103,36 +90,64 @@ impl Pipelines {
             let (entry, constants) = pass.entry();
             let blows = laws.wind && matches!(pass, Pass::Frame | Pass::Conjugate);
             let blowing: &[_] = if blows { &[("BLOWS", 1.0)] } else { &[] };
-            let constants = &[constants, &laws.constants(), blowing].concat();
-            self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(entry),
-                layout: Some(&self.layout),
-                module: &self.module,
-                entry_point: Some(entry),
-                compilation_options: PipelineCompilationOptions {
-                    constants,
-                    zero_initialize_workgroup_memory: false,
-                },
-                cache: None,
-            })
+            self.kernels.pipeline(entry, &[constants, &laws.constants(), blowing].concat())
         })
     }
 }
 
-/// Layout of the bindings: the rules with a dynamic offset, then the buffers in the order of `kernels/memory.wgsl`.
-fn binding_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
-    // Tiles, and forces or the table, are read-only.
-    let storage = [true, false, false, false, false, false, false, true]
-        .map(|read_only| (wgpu::BufferBindingType::Storage { read_only }, false));
-    let all = std::iter::once((wgpu::BufferBindingType::Uniform, true)).chain(storage);
-    let entries: Vec<_> = (0..)
-        .zip(all)
-        .map(|(binding, (ty, has_dynamic_offset))| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: wgpu::ShaderStages::COMPUTE,
-            ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset, min_binding_size: None },
-            count: None,
+/// A module of kernels, all with the same bindings.
+#[derive(Debug)]
+pub(crate) struct Kernels {
+    device: wgpu::Device,
+    module: ShaderModule,
+    layout: PipelineLayout,
+    /// Layout of their bindings.
+    pub bindings: wgpu::BindGroupLayout,
+}
+
+impl Kernels {
+    /// Reads their source. They bind buffers of some types, in this order; one marked true has an offset that is given with each dispatch.
+    pub fn new(
+        device: &wgpu::Device,
+        label: &'static str,
+        source: String,
+        buffers: &[(BufferBindingType, bool)],
+    ) -> Self {
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some(label),
+            source: wgpu::ShaderSource::Wgsl(source.into()),
+        });
+        let entries: Vec<_> = (0..)
+            .zip(buffers)
+            .map(|(binding, &(ty, has_dynamic_offset))| wgpu::BindGroupLayoutEntry {
+                binding,
+                visibility: wgpu::ShaderStages::COMPUTE,
+                ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset, min_binding_size: None },
+                count: None,
+            })
+            .collect();
+        let bindings = device
+            .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries });
+        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: None,
+            bind_group_layouts: &[Some(&bindings)],
+            immediate_size: 0,
+        });
+        Self { device: device.clone(), module, layout, bindings }
+    }
+
+    /// Compiles the kernel of a name, specialised by constants. Memory of its workgroups is not set to zero: kernels write what they read.
+    pub fn pipeline(&self, entry: &str, constants: &[(&str, f64)]) -> ComputePipeline {
+        self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(entry),
+            layout: Some(&self.layout),
+            module: &self.module,
+            entry_point: Some(entry),
+            compilation_options: PipelineCompilationOptions {
+                constants,
+                zero_initialize_workgroup_memory: false,
+            },
+            cache: None,
         })
-        .collect();
-    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries })
+    }
 }

@@ -7,7 +7,7 @@ use orchard_picker::Kind;
 pub enum Driver {
     /// A controller.
     Controller(Kind),
-    /// Nobody: the robot stands as it started.
+    /// No controller drives: the robot stands as it started.
     Nobody,
 }
 

@@ -188,7 +188,7 @@ fields! {
     pull {
         /// Place whose air the fruit feels, as bits.
         PLACE = 3,
-        /// Where the wind has workgroups of its own: air at the end of the coming frame [m/s] (3, and a free number).
+        /// Velocity of the air at that place at the end of the coming frame [m/s] (3, and a free number); set in batches of [`crate::laws::Laws::press_aside`].
         AIR = 4,
         /// Number of fields.
         FIELDS = 8,

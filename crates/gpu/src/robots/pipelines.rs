@@ -2,6 +2,7 @@
 
 use wgpu::{BufferBindingType, ComputePipeline};
 
+use crate::pipelines::Kernels;
 use crate::shader;
 
 /// Kind of a pass.
@@ -25,42 +26,14 @@ pub(crate) struct RobotPipelines {
 impl RobotPipelines {
     /// Compiles the kernels.
     pub fn new(device: &wgpu::Device) -> Self {
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("robots"),
-            source: wgpu::ShaderSource::Wgsl(shader::source_of_robots().into()),
-        });
-        let kinds = [
-            BufferBindingType::Uniform,
-            BufferBindingType::Storage { read_only: true },
-            BufferBindingType::Storage { read_only: false },
-        ];
-        let entries: Vec<_> = (0..)
-            .zip(kinds)
-            .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
-                binding,
-                visibility: wgpu::ShaderStages::COMPUTE,
-                ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
-                count: None,
-            })
-            .collect();
-        let bindings = device
-            .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries });
-        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: None,
-            bind_group_layouts: &[Some(&bindings)],
-            immediate_size: 0,
-        });
-        let pipeline = |entry| {
-            device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(entry),
-                layout: Some(&layout),
-                module: &module,
-                entry_point: Some(entry),
-                compilation_options: Default::default(),
-                cache: None,
-            })
-        };
-        Self { frame: pipeline("robot_frame"), reset: pipeline("robot_reset"), bindings }
+        let read_only = |read_only| (BufferBindingType::Storage { read_only }, false);
+        let buffers = [(BufferBindingType::Uniform, false), read_only(true), read_only(false)];
+        let kernels = Kernels::new(device, "robots", shader::source_of_robots(), &buffers);
+        Self {
+            frame: kernels.pipeline("robot_frame", &[]),
+            reset: kernels.pipeline("robot_reset", &[]),
+            bindings: kernels.bindings,
+        }
     }
 
     /// Pipeline of a pass.

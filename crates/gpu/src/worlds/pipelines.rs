@@ -2,7 +2,7 @@
 
 use wgpu::{BufferBindingType, ComputePipeline};
 
-use crate::pipelines::Pass;
+use crate::pipelines::{Kernels, Pass};
 use crate::shader;
 
 /// Kind of a pass of whole worlds.
@@ -31,54 +31,17 @@ pub(crate) struct WorldPipelines {
 impl WorldPipelines {
     /// Compiles the kernels.
     pub fn new(device: &wgpu::Device) -> Self {
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("worlds"),
-            source: wgpu::ShaderSource::Wgsl(shader::source_of_worlds().into()),
-        });
-        let read = BufferBindingType::Storage { read_only: true };
-        let written = BufferBindingType::Storage { read_only: false };
-        let uniform = BufferBindingType::Uniform;
+        let read = (BufferBindingType::Storage { read_only: true }, false);
+        let written = (BufferBindingType::Storage { read_only: false }, false);
         // Robot, commands, robots; rules; tables, meetings; works, fruit, worlds.
-        let kinds = [uniform, read, written, uniform, read, written, written, written, written];
-        const RULES: u32 = 3;
-        let entries: Vec<_> = (0..)
-            .zip(kinds)
-            .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
-                binding,
-                visibility: wgpu::ShaderStages::COMPUTE,
-                ty: wgpu::BindingType::Buffer {
-                    ty,
-                    has_dynamic_offset: binding == RULES,
-                    min_binding_size: None,
-                },
-                count: None,
-            })
-            .collect();
-        let bindings = device
-            .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries });
-        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: None,
-            bind_group_layouts: &[Some(&bindings)],
-            immediate_size: 0,
-        });
-        let pipeline = |entry| {
-            device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(entry),
-                layout: Some(&layout),
-                module: &module,
-                entry_point: Some(entry),
-                compilation_options: wgpu::PipelineCompilationOptions {
-                    zero_initialize_workgroup_memory: false,
-                    ..Default::default()
-                },
-                cache: None,
-            })
-        };
+        let [robot, rules] = [false, true].map(|has_offset| (BufferBindingType::Uniform, has_offset));
+        let buffers = [robot, read, written, rules, read, written, written, written, written];
+        let kernels = Kernels::new(device, "worlds", shader::source_of_worlds(), &buffers);
         Self {
-            robot_begin: pipeline("robot_begin"),
-            meet: pipeline("meet"),
-            robot_end: pipeline("robot_end"),
-            bindings,
+            robot_begin: kernels.pipeline("robot_begin", &[]),
+            meet: kernels.pipeline("meet", &[]),
+            robot_end: kernels.pipeline("robot_end", &[]),
+            bindings: kernels.bindings,
         }
     }
 }
