@@ -37,6 +37,7 @@ use crate::picture_file;
                   docs/perception.md is for users of real images, docs/computation/perception.md defines score and gates.\n\n\
                   Examples:\n  orchard detect --depth depth.png --intrinsics camera.json\n  \
                   orchard detect --depth depth.png --intrinsics camera.json --camera azure-kinect --picture seen.png --all\n  \
+                  orchard detect --depth depth.png --intrinsics camera.json --camera d435i --detector learned\n  \
                   orchard detect --depth d.tiff --intrinsics info.yaml --camera d435i --boxes yolo.json --colour c.jpg --picture seen.png\n  \
                   orchard detect --depth depth.png --intrinsics camera.json --range 0.4,2.5 --radius 0.02,0.045\n  \
                   orchard detect --depth d.png --intrinsics k.json --camera azure-kinect --colour c.jpg --onnx apples.onnx\n  \
