@@ -32,7 +32,7 @@ pub struct Args {
 }
 
 /// The crates, lowest first. A crate may use only crates that stand before it.
-const LAYERS: [&str; 38] = [
+const LAYERS: [&str; 39] = [
     "quantity",
     "spec",
     "geometry",
@@ -53,6 +53,7 @@ const LAYERS: [&str; 38] = [
     "input",
     "world",
     "scenario",
+    "lockstep",
     "statistics",
     "bench",
     "tasks",

@@ -181,6 +181,27 @@ impl TreeWorld {
         Ok(Self::at_rest(Arc::new(Plant { spec, model, tree, fruit, settings, weather, rest })))
     }
 
+    /// The tree of a larger model, in a state of that model, which becomes the state of [`Self::reset`] too. Nothing else of the model takes part where a batch steps it; [`Self::step`] would move all of it.
+    pub fn within(
+        spec: Arc<Spec>,
+        model: Model,
+        tree: TreeBody,
+        fruit: FruitSet,
+        weather: Option<Weather>,
+        data: Data,
+    ) -> Self {
+        let settings = step_settings(&spec.sim);
+        let rest = Rest { q: data.q.clone(), point_p_world: data.point_p_world.clone() };
+        let plant = Arc::new(Plant { spec, model, tree, fruit, settings, weather, rest });
+        Self::in_state(plant, data)
+    }
+
+    /// The same tree in another state.
+    #[must_use]
+    pub fn in_state_of(&self, data: Data) -> Self {
+        Self::in_state(self.plant.clone(), data)
+    }
+
     /// The world as [`Self::new`] builds it: unbroken, every fruit on its stem, in static equilibrium, without external forces.
     pub(crate) fn at_rest(plant: Arc<Plant>) -> Self {
         let Plant { spec, model, tree, fruit, rest, .. } = &*plant;
@@ -188,14 +209,18 @@ impl TreeWorld {
         data.q.clone_from(&rest.q);
         data.point_p_world.clone_from(&rest.point_p_world);
         forward_kinematics(model, &mut data);
-        let (rupture, stems) = (Rupture::new(tree), FruitLives::new(fruit));
-        let untouched = vec![Touch::default(); fruit.len()];
+        Self::in_state(plant, data)
+    }
+
+    /// An unbroken tree in a state.
+    fn in_state(plant: Arc<Plant>, data: Data) -> Self {
+        let (rupture, stems) = (Rupture::new(&plant.tree), FruitLives::new(&plant.fruit));
         Self {
+            untouched: vec![Touch::default(); plant.fruit.len()],
             plant,
             data,
             rupture,
             stems,
-            untouched,
             report: StepReport::default(),
             frame: 0,
             fruit_events: Vec::new(),

@@ -11,7 +11,7 @@ use crate::BatchError;
 use crate::buffers::{Buffers, PASSES_AT_ONCE, RULES_STRIDE, Use};
 use crate::device::{Gpu, GpuError};
 use crate::layout::{LANES, fourth, notice, world};
-use crate::memory::Memory;
+use crate::memory::{Memory, Room};
 use crate::pipelines::{Pass, Pipelines};
 use crate::rules::Rules;
 use crate::solver::Solver;
@@ -49,7 +49,7 @@ impl Default for Options {
 #[derive(Debug)]
 pub struct GpuBatch {
     gpu: Gpu,
-    plants: Vec<Arc<Plant>>,
+    pub(crate) plants: Vec<Arc<Plant>>,
     pub(crate) memory: Memory,
     pub(crate) buffers: Buffers,
     pipelines: Arc<Pipelines>,
@@ -86,20 +86,20 @@ impl GpuBatch {
     /// # Errors
     /// As [`Self::new`].
     pub fn with_options(gpu: &Gpu, worlds: &[TreeWorld], options: Options) -> Result<Self, GpuError> {
-        Self::over_tiles(gpu, worlds, options, false)
+        Self::over_tiles(gpu, worlds, options, None)
     }
 
-    /// As [`Self::with_options`]; `touched` if a robot may touch wood and fruit.
+    /// As [`Self::with_options`]; with `room` a robot may touch wood and fruit, and trees of that size may take the places of the given ones.
     pub(crate) fn over_tiles(
         gpu: &Gpu,
         worlds: &[TreeWorld],
         options: Options,
-        touched: bool,
+        room: Option<&Room>,
     ) -> Result<Self, GpuError> {
         let card = TILES_OF_A_CARD.iter().find(|(most, _)| gpu.info().is_discrete && worlds.len() <= *most);
         let tiles = options.tiles.or(card.map(|(_, tiles)| *tiles)).unwrap_or(1);
         let tiles = tiles.clamp(1, gpu.device.limits().max_compute_workgroups_per_dimension as usize);
-        let memory = Memory::spread_over(tiles, worlds, options.pushes_each.max(1), options.solver, touched)?;
+        let memory = Memory::spread_over(tiles, worlds, options.pushes_each.max(1), options.solver, room)?;
         Self::of(gpu, memory, worlds.iter().map(|world| world.plant().clone()).collect())
     }
 
@@ -431,6 +431,57 @@ impl GpuBatch {
         // A lost device is reported by the next read.
         let _ = self.gpu.fetch(&mut [(&self.buffers.operations, operations, vec![whole])]);
         operations.iter_mut().zip(marks).for_each(|(words, mark)| words[3] |= mark);
+    }
+
+    /// Reads the motion of all links and fruit.
+    pub(crate) fn fetch_motion(&mut self) -> Result<(), GpuError> {
+        let (links, fruit) = (0..self.memory.links.len(), 0..self.memory.fruit.len());
+        self.gpu.fetch(&mut [
+            (&self.buffers.links, &mut self.memory.links, vec![links]),
+            (&self.buffers.fruit, &mut self.memory.fruit, vec![fruit]),
+        ])
+    }
+
+    /// Changes the memory of the blocks of some worlds: reads them, and sends them back after the change.
+    pub(crate) fn change(
+        &mut self,
+        indices: &[usize],
+        change: impl FnOnce(&mut Memory),
+    ) -> Result<(), GpuError> {
+        self.fetch_worlds()?;
+        self.fetch_state(indices)?;
+        let touches = self.memory.touches_of(indices);
+        self.gpu.fetch(&mut [(&self.buffers.work, &mut self.memory.work, touches.clone())])?;
+        change(&mut self.memory);
+        let (queue, memory, buffers) = (&self.gpu.queue, &self.memory, &self.buffers);
+        let each = memory.laws.fruit_fields() * LANES;
+        for block in memory.blocks_of(indices) {
+            let rows = block.rows.start * LANES..block.rows.end * LANES;
+            let fruit = block.fruit_rows.start * each..block.fruit_rows.end * each;
+            for (buffer, numbers, from) in [
+                (&buffers.links, &memory.links, block.links),
+                (&buffers.fruit, &memory.fruit, fruit),
+            ] {
+                queue.write_buffer(buffer, 4 * from.start as u64, bytemuck::cast_slice(&numbers[from]));
+            }
+            let at = rows.start as u64;
+            queue.write_buffer(&buffers.states, 4 * at, bytemuck::cast_slice(&memory.states[rows.clone()]));
+            let operations = bytemuck::cast_slice(&memory.operations[rows]);
+            queue.write_buffer(&buffers.operations, 16 * at, operations);
+        }
+        for range in touches {
+            let numbers = bytemuck::cast_slice(&memory.work[range.clone()]);
+            queue.write_buffer(&buffers.work, 4 * range.start as u64, numbers);
+        }
+        queue.write_buffer(&buffers.tiles, 0, bytemuck::cast_slice(&memory.tiles));
+        queue.write_buffer(&buffers.worlds, 0, bytemuck::cast_slice(&memory.worlds));
+        Ok(())
+    }
+
+    /// Stops a world as of a frame: it stands still from then on.
+    pub(crate) fn stop(&mut self, index: usize, frame: u32) {
+        let at = self.memory.stop(index, frame);
+        self.gpu.queue.write_buffer(&self.buffers.worlds, 4 * at as u64, &frame.to_ne_bytes());
     }
 
     fn fetch_worlds(&mut self) -> Result<(), GpuError> {

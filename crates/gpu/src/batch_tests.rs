@@ -72,7 +72,7 @@ fn worlds_have_the_same_bits_in_tiles_of_their_own() {
     let Some(gpu) = device() else { return };
     for solver in [Solver::Aba, Solver::ConjugateGradients] {
         let (worlds, trial) = Trial::harsh(grown(WORLDS as u32));
-        let spread = Memory::spread_over(WORLDS, &worlds, 4, solver, false).unwrap();
+        let spread = Memory::spread_over(WORLDS, &worlds, 4, solver, None).unwrap();
         assert_eq!(
             (spread.tile_count(), spread.blocks_of(&(0..WORLDS).collect::<Vec<_>>()).len()),
             (WORLDS, 2)

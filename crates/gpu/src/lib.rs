@@ -69,11 +69,12 @@ struct Readme;
 
 pub use batch::{GpuBatch, Options, Statistics};
 pub use device::{Choice, Gpu, GpuError, GpuInfo};
+pub use memory::Room;
 pub use robots::RobotBatch;
 pub use schedule::{ScheduleError, WARPS};
 pub use solver::Solver;
 pub use table::{BaseError, BaseTree};
-pub use worlds::{ContactPoint, Meeting, WorldBatch};
+pub use worlds::{ContactPoint, Fitted, Meeting, Tenant, WorldBatch};
 
 /// Error: worlds cannot form a batch.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

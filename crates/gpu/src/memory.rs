@@ -8,12 +8,15 @@ mod inputs;
 mod numbers;
 mod outputs;
 mod replicate;
+mod room;
 mod tiling;
 mod topologies;
 mod wind;
 
 #[cfg(test)]
 pub(crate) use numbers::Field;
+pub use room::Room;
+pub(crate) use room::depth;
 
 use block::{Block, blocks};
 
@@ -68,6 +71,8 @@ struct Place {
     rows: Arc<[usize]>,
     /// Row of each fruit in the tile.
     fruit_rows: Arc<[usize]>,
+    /// Number of links in each part.
+    parts: [usize; PARTS],
 }
 
 impl Memory {
@@ -76,10 +81,10 @@ impl Memory {
     /// # Errors
     /// A world has no schedule, other rules than the first, a broken limb, another damping than its wood, or too many forces.
     pub fn new(given: &[TreeWorld], pushes_each: usize, solver: Solver) -> Result<Self, BatchError> {
-        Self::spread_over(1, given, pushes_each, solver, false)
+        Self::spread_over(1, given, pushes_each, solver, None)
     }
 
-    /// As [`Self::new`], but worlds of different topology, which would wait for each other in a tile, are spread over up to so many tiles; `touched` if a robot may touch wood and fruit.
+    /// As [`Self::new`], but worlds of different topology, which would wait for each other in a tile, are spread over up to so many tiles; with `room` a robot may touch wood and fruit, and trees of that size may take the places of the given ones.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -88,7 +93,7 @@ impl Memory {
         given: &[TreeWorld],
         pushes_each: usize,
         solver: Solver,
-        touched: bool,
+        room: Option<&Room>,
     ) -> Result<Self, BatchError> {
         for (index, world) in given.iter().enumerate() {
             let plant = world.plant();
@@ -117,7 +122,7 @@ impl Memory {
             }
         }
         let laws = given.first().map_or_else(Laws::default, |world| Laws::of(world.plant()));
-        let laws = Laws { touched, ..laws.solved_by(solver) };
+        let laws = Laws { touched: room.is_some(), ..laws.solved_by(solver) };
         let schedules = topologies::schedules(given, laws)?;
         // Similar worlds share a tile: a level takes as long as its longest part in any world of the tile, and the outer levels are the longest.
         let mut order: Vec<usize> = (0..given.len()).collect();
@@ -142,7 +147,14 @@ impl Memory {
             solver,
             laws,
             places: vec![
-                Place { block: 0, tile: 0, lane: 0, rows: [].into(), fruit_rows: [].into() };
+                Place {
+                    block: 0,
+                    tile: 0,
+                    lane: 0,
+                    rows: [].into(),
+                    fruit_rows: [].into(),
+                    parts: [0; PARTS]
+                };
                 given.len()
             ],
             blocks: Vec::new(),
@@ -162,7 +174,8 @@ impl Memory {
             let of_tile = |tile: Vec<usize>| -> Vec<Member<'_>> {
                 tile.into_iter().map(|index| (index, &given[index], &*schedules[index])).collect()
             };
-            memory.add_block(&block.into_iter().map(of_tile).collect::<Vec<_>>());
+            let block: Vec<Vec<Member<'_>>> = block.into_iter().map(of_tile).collect();
+            memory.add_block(&block, room.unwrap_or(&Room::default()));
         }
         memory.laws = laws.in_tiles(memory.tile_count());
         Ok(memory)

@@ -47,10 +47,13 @@ pub struct Servos {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct SetPoints {
     /// Velocity of the base in the base frame: forward [m/s], left [m/s], yaw rate [rad/s].
-    base_velocity: [f64; 3],
-    arm_target: JointValues,
-    arm_rate: JointValues,
-    finger_target: [f64; 2],
+    pub base_velocity: [f64; 3],
+    /// Positions of the arm's joints \[rad\].
+    pub arm_target: JointValues,
+    /// Their velocities [rad/s].
+    pub arm_rate: JointValues,
+    /// Openings of the fingers \[m\].
+    pub finger_target: [f64; 2],
 }
 
 /// Drive of one degree of freedom in one step.

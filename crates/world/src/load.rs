@@ -67,6 +67,13 @@ impl WoodLoad {
         self.peak_contact_force = self.peak_contact_force.max(force);
     }
 
+    /// Adds the contacts of a frame: their impulse [N s], and the largest sum of the forces of a substep so far \[N\].
+    pub(crate) fn add_frame(&mut self, impulse: f64, peak_force: f64) {
+        self.frame_impulse += impulse;
+        self.contact_impulse += impulse;
+        self.peak_contact_force = self.peak_contact_force.max(peak_force);
+    }
+
     /// Adds the bending of a frame of length `frame` \[s\]; `start` is the state at the start of the episode.
     pub(crate) fn end_frame(
         &mut self,

@@ -107,6 +107,7 @@ impl World {
             loose: _,
             before: _,
             under: _,
+            vicinity: _,
         } = &self.state;
         let content = Content {
             identity: self.identity,

@@ -12,6 +12,7 @@ use crate::touch::{FruitTouch, fruit_touches};
 use loose::Loose;
 use orchard_fruit::{FruitLives, RestRule, Touch, is_gripped};
 use orchard_geometry::{Pose, Vec3};
+use orchard_multibody::contact::Vicinity;
 use orchard_multibody::{Data, Model, Motion, StepReport, step};
 use orchard_robot::{Command, RobotHandle, RobotModel, Servos};
 use orchard_spec::Spec;
@@ -56,6 +57,8 @@ pub(crate) struct State {
     pub odometry: Odometry,
     /// Commands on their way to the robot, oldest first.
     pub commands: VecDeque<Command>,
+    /// Scratch of [`World::stays`](crate::World::stays).
+    pub vicinity: Vicinity,
 }
 
 impl State {
@@ -91,13 +94,25 @@ impl State {
             load,
             odometry,
             commands,
+            vicinity: Vicinity::default(),
         }
     }
 
     /// Advances one frame; `start` is the state at the start of the episode.
     pub fn advance(&mut self, spec: &Spec, parts: &Parts, start: &Data, command: &Command) {
+        let command = &self.begin(spec, parts, command);
+        for left in (0..spec.sim.substeps.get()).rev() {
+            if self.data.is_finite() {
+                self.substep(spec, parts, command, f64::from(left) * parts.settings.h);
+            }
+        }
+        self.finish(spec, parts, start, command.vacuum);
+    }
+
+    /// Begins a frame; returns the command that acts in it.
+    pub fn begin(&mut self, spec: &Spec, parts: &Parts, command: &Command) -> Command {
         self.commands.push_back(*command);
-        let command = &self.commands.pop_front().unwrap_or(*command);
+        let command = self.commands.pop_front().unwrap_or(*command);
         self.begin_loose(spec, parts);
         self.load.begin_frame();
         if let Some(wind) = &parts.wind {
@@ -105,11 +120,11 @@ impl State {
             let Parts { tree, model, fruit, .. } = parts;
             wind.blow(tree, fruit.balls(), &self.rupture, model, &mut self.data, time);
         }
-        for left in (0..spec.sim.substeps.get()).rev() {
-            if self.data.is_finite() {
-                self.substep(spec, parts, command, f64::from(left) * parts.settings.h);
-            }
-        }
+        command
+    }
+
+    /// Ends a frame after its motion; `start` is the state at the start of the episode, `valve` the commanded opening between pump and cup.
+    pub fn finish(&mut self, spec: &Spec, parts: &Parts, start: &Data, valve: f64) {
         self.frame += 1;
         let Parts { tree, model, .. } = parts;
         if let Some(sensing) = &parts.sensing {
@@ -118,7 +133,7 @@ impl State {
         }
         // Before rupture: a joint that breaks now has borne this frame's moment.
         self.load.end_frame(tree, model, &self.data, start, &self.rupture, spec.sim.frame());
-        self.end_frame(spec, parts, command.vacuum);
+        self.end_frame(spec, parts, valve);
     }
 
     /// `remaining`: what is left of the frame after it \[s\].
@@ -145,8 +160,14 @@ impl State {
             pull.end_substep(&mut self.data);
         }
         self.load.add_substep(&parts.colliders, &self.report, h);
+        self.end_substep(parts);
+    }
+
+    /// Ends a substep after its motion: stems, sleeping fruit, loose fruit.
+    pub fn end_substep(&mut self, parts: &Parts) {
+        let Parts { model, handle, settings, .. } = parts;
         let (x_world_base, velocity) = bucket_motion(&self.data, handle);
-        self.fruit.end_substep(&parts.fruit, model, &mut self.data, h, &x_world_base, velocity);
+        self.fruit.end_substep(&parts.fruit, model, &mut self.data, settings.h, &x_world_base, velocity);
         self.step_loose(parts);
     }
 

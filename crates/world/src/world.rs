@@ -28,7 +28,7 @@ pub struct World {
     /// Spec as given.
     config: Arc<Spec>,
     /// Spec with this world's own constants.
-    spec: Arc<Spec>,
+    pub(crate) spec: Arc<Spec>,
     robot: Arc<RobotModel>,
     pub(crate) appearance: Appearance,
     /// True if the tree grew from the seed.
@@ -183,6 +183,12 @@ impl World {
         }
         let (spec, parts, state) = (&*self.spec, &*self.parts, &mut self.state);
         state.advance(spec, parts, &self.start, command);
+        self.end_of_frame();
+    }
+
+    /// Keeps what the camera will show, and tests if the world is plausible.
+    pub(crate) fn end_of_frame(&mut self) {
+        let (spec, parts, state) = (&*self.spec, &*self.parts, &mut self.state);
         state.flight.end_frame(self.shutter, state.frame, &state.data);
         if let Some(reason) = state.implausible(&parts.model, spec.sim.plausible_extent.si()) {
             state.status = Status::Quarantined { frame: state.frame, reason };
@@ -314,6 +320,11 @@ impl World {
         &self.spec
     }
 
+    /// [`Self::spec`], shared.
+    pub fn shared_spec(&self) -> &Arc<Spec> {
+        &self.spec
+    }
+
     /// The grown tree.
     pub fn skeleton(&self) -> &Skeleton {
         &self.parts.skeleton
@@ -371,8 +382,8 @@ impl World {
         if self.parts.sensing.is_none() { start } else { start * self.state.odometry.drift() }
     }
 
-    /// Pose of the odom frame at the start.
-    pub(crate) fn x_world_start(&self) -> Pose {
+    /// Pose of the odom frame at the start, before any drift.
+    pub fn x_world_start(&self) -> Pose {
         self.parts.x_world_odom
     }
 

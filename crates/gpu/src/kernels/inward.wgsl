@@ -26,7 +26,7 @@ var<private> substep: u32;
 fn inward(part: u32) {
     let start = header(TILE_STARTS + part);
     var borne = nothing();
-    let end = header(TILE_STARTS + part + 1u);
+    let end = start + header(TILE_LENGTHS + part);
     if end == start {
         return;
     }

@@ -101,7 +101,7 @@ fn read_ahead(row: u32, end: u32, mode: u32, presses: bool, winds: u32, last: Ah
 // One part of the outward pass: rows from the first to the last.
 fn outward(part: u32, mode: u32) {
     let start = header(TILE_STARTS + part);
-    let end = header(TILE_STARTS + part + 1u);
+    let end = start + header(TILE_LENGTHS + part);
     if end == start {
         return;
     }

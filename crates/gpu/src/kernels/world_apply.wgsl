@@ -34,6 +34,9 @@ fn move_robot() -> bool {
 
 // Adds the impulses to what the outward pass starts from, and keeps them.
 fn hand_on() {
+    if thread < robot.dofs {
+        keep_drive(thread);
+    }
     if thread < robot.dofs && thread % QUAD == 0u {
         meetings[system_at(SYSTEM_CHANGE + thread)] = vec4f(
             robot_change[thread], robot_change[thread + 1u], robot_change[thread + 2u], robot_change[thread + 3u],

@@ -45,14 +45,20 @@ fn keep_system() {
             let at = entry(row, column);
             meetings[system_at(SYSTEM_MATRIX + at)] = vec4f(matrix[at], matrix[at + 1u], matrix[at + 2u], matrix[at + 3u]);
         }
-        let own = servos[row];
-        meetings[system_at(SYSTEM_SERVO + QUAD * row)] = vec4f(own.stiffness, own.damping, own.rest, own.torque);
-        meetings[system_at(SYSTEM_LOSS + QUAD * row)] = vec4f(losses[row].torque, losses[row].damping, losses[row].stuck, 0.0);
+        keep_drive(row);
     }
     for (var dof = 0u; dof < robot.dofs; dof += QUAD) {
         meetings[system_at(SYSTEM_IMPULSE + dof)] = vec4f(impulse[dof], impulse[dof + 1u], impulse[dof + 2u], impulse[dof + 3u]);
     }
     keep_links();
+}
+
+// Keeps servo and losses of a joint.
+fn keep_drive(dof: u32) {
+    let own = servos[dof];
+    let loss = losses[dof];
+    meetings[system_at(SYSTEM_SERVO + QUAD * dof)] = vec4f(own.stiffness, own.damping, own.rest, own.torque);
+    meetings[system_at(SYSTEM_LOSS + QUAD * dof)] = vec4f(loss.torque, loss.damping, loss.stuck, 0.0);
 }
 
 // Keeps the motion of the links, in the world.
@@ -96,6 +102,10 @@ fn robot_end(@builtin(workgroup_id) block: vec3u, @builtin(local_invocation_inde
     if bitcast<u32>(system(SYSTEM_CONTACTS)) == 0u {
         take_system();
         solve_with_limits();
+        // With the limits that servos and friction have met.
+        for (var joint = 0u; joint < robot.arm_joints; joint++) {
+            keep_drive(robot.arm[joint].dof);
+        }
     } else {
         for (var dof = 0u; dof < robot.dofs; dof++) {
             change[dof] = system(SYSTEM_CHANGE + dof);

@@ -306,8 +306,10 @@ fields! {
         STARTS = 9,
         /// First quad of what contacts with a robot need of the links ([`touch`]) in the work buffer, in worlds that have one.
         TOUCHES = 29,
+        /// Number of rows of each part that its worlds use, from the trunk's on (19); there may be room for more.
+        LENGTHS = 30,
         /// Number of fields.
-        FIELDS = 30,
+        FIELDS = 49,
     }
     /// Bits of the first word of an operation: the parent of a link, and the places where its tip is stored.
     first {

@@ -2,7 +2,11 @@
 
 use std::cmp::Reverse;
 use std::ops::Range;
+use std::sync::Arc;
 
+use orchard_batch::TreeWorld;
+
+use super::room::Room;
 use super::{Member, Memory, Place, fruit_rows};
 use crate::Solver;
 use crate::layout::{LANES, QUAD, fork, krylov, leaf, link, load, push, tile, wave, work, world};
@@ -55,16 +59,17 @@ struct Rows {
 }
 
 impl Rows {
-    fn of(members: &[Member<'_>]) -> Self {
+    fn of(members: &[Member<'_>], room: &Room) -> Self {
         let mut starts = [0; PARTS + 1];
         for part in 0..PARTS {
-            starts[part + 1] = starts[part] + most(members, |schedule| schedule.parts[part].len());
+            let longest = most(members, |schedule| schedule.parts[part].len());
+            starts[part + 1] = starts[part] + longest.max(room.parts[part]);
         }
         let (shared, fruit) = match fruit_rows::shared_rows(members) {
             Some((shared, rows)) => (Some(shared), rows),
             None => (None, most(members, |schedule| schedule.fruit.len())),
         };
-        Self { starts, shared, fruit }
+        Self { starts, shared, fruit: fruit.max(room.fruit) }
     }
 }
 
@@ -73,14 +78,14 @@ fn most(members: &[Member<'_>], of: impl Fn(&Schedule) -> usize) -> usize {
 }
 
 impl Memory {
-    /// Adds tiles that share rows, each in lanes of its own.
-    pub(super) fn add_block(&mut self, tiles: &[Vec<Member<'_>>]) {
+    /// Adds tiles that share rows, each in lanes of its own, with room for larger trees.
+    pub(super) fn add_block(&mut self, tiles: &[Vec<Member<'_>>], room: &Room) {
         let all = tiles.concat();
-        let of_tiles: Vec<Rows> = tiles.iter().map(|members| Rows::of(members)).collect();
+        let of_tiles: Vec<Rows> = tiles.iter().map(|members| Rows::of(members, room)).collect();
         let rows = of_tiles.iter().map(|tile| tile.starts[PARTS]).max().unwrap_or(0);
         // At least one row, since a buffer must not be empty.
         let fruit_rows = of_tiles.iter().map(|tile| tile.fruit).max().unwrap_or(0).max(1);
-        let slots = most(&all, |schedule| schedule.slots);
+        let slots = most(&all, |schedule| schedule.slots).max(room.slots);
         let slot = fork::FIELDS.max(load::FIELDS);
         let mut header = [0_u32; tile::FIELDS];
         let block = Block {
@@ -95,7 +100,7 @@ impl Memory {
         let mut at = self.work.len() / QUAD;
         for (field, size) in [
             (tile::WORK, rows * work::FIELDS),
-            (tile::LEAVES, most(&all, |schedule| schedule.leaves) * leaf::FIELDS),
+            (tile::LEAVES, most(&all, |schedule| schedule.leaves).max(room.leaves) * leaf::FIELDS),
             (tile::SLOTS, WARPS * slots * slot),
             (tile::TOUCHES, rows * self.laws.touch_fields()),
         ] {
@@ -103,7 +108,8 @@ impl Memory {
             at += size / QUAD * LANES;
         }
         // Forks and loads share their memory: each pass has read those of the one before.
-        let (forks, loads) = (most(&all, |schedule| schedule.forks), most(&all, |schedule| schedule.loads));
+        let forks = most(&all, |schedule| schedule.forks).max(room.forks);
+        let loads = most(&all, |schedule| schedule.loads).max(room.loads);
         header[tile::CROSS_FORKS] = at as u32;
         header[tile::CROSS_LOADS] = at as u32;
         at += (forks * fork::FIELDS).max(loads * load::FIELDS) / QUAD * LANES;
@@ -148,25 +154,38 @@ impl Memory {
         self.pushes
             .resize(self.pushes.len() + self.pushes_each * push::FIELDS * LANES, f32::from_bits(u32::MAX));
         for (lane, &(index, world, schedule)) in (first_lane..).zip(members) {
-            let mut rows = vec![0; world.plant().tree.len()];
-            let mut fruit_rows = vec![0; schedule.fruit.len()];
-            for (part, visits) in schedule.parts.iter().enumerate() {
-                for (row, visit) in visits.iter().enumerate() {
-                    rows[visit.link] = of_tile.starts[part] + row;
-                }
-            }
-            for (number, visit) in schedule.parts.iter().flatten().enumerate() {
-                let own = visit.fruit();
-                let start = of_tile.shared.as_ref().map_or(own.start, |starts| starts[number]);
-                for (row, &fruit) in (start..).zip(&schedule.fruit[own]) {
-                    fruit_rows[fruit] = row;
-                }
-            }
-            let (rows, fruit_rows) = (rows.into(), fruit_rows.into());
-            self.places[index] = Place { block: self.blocks.len(), tile: number, lane, rows, fruit_rows };
+            let shared = of_tile.shared.as_deref();
+            let (rows, fruit_rows) = rows_of(world, schedule, &of_tile.starts, shared);
+            let (block, parts) = (self.blocks.len(), schedule.parts.each_ref().map(Vec::len));
+            self.places[index] = Place { block, tile: number, lane, rows, fruit_rows, parts };
             self.load(index, world, schedule);
         }
+        self.set_lengths(number);
     }
+}
+
+/// Row of each link, and of each fruit, in a tile whose parts start at some rows; `shared` is the first row of each link's fruit where worlds share them.
+pub(super) fn rows_of(
+    world: &TreeWorld,
+    schedule: &Schedule,
+    starts: &[usize],
+    shared: Option<&[usize]>,
+) -> (Arc<[usize]>, Arc<[usize]>) {
+    let mut rows = vec![0; world.plant().tree.len()];
+    let mut fruit_rows = vec![0; schedule.fruit.len()];
+    for (part, visits) in schedule.parts.iter().enumerate() {
+        for (row, visit) in visits.iter().enumerate() {
+            rows[visit.link] = starts[part] + row;
+        }
+    }
+    for (number, visit) in schedule.parts.iter().flatten().enumerate() {
+        let own = visit.fruit();
+        let start = shared.map_or(own.start, |starts| starts[number]);
+        for (row, &fruit) in (start..).zip(&schedule.fruit[own]) {
+            fruit_rows[fruit] = row;
+        }
+    }
+    (rows.into(), fruit_rows.into())
 }
 
 pub(super) fn starting_at(start: usize, length: usize) -> Range<usize> {

@@ -53,13 +53,14 @@ impl Memory {
         memory.worlds = spread(&memory.worlds, 1).repeat(tiles);
         memory.pushes = spread(&memory.pushes, 1).repeat(tiles);
         memory.work = vec![0.0; tiles * work * QUAD];
-        let Place { rows, fruit_rows, .. } = memory.places[0].clone();
+        let Place { rows, fruit_rows, parts, .. } = memory.places[0].clone();
         let place = |index| Place {
             block: index / LANES,
             tile: index / LANES,
             lane: index % LANES,
             rows: rows.clone(),
             fruit_rows: fruit_rows.clone(),
+            parts,
         };
         memory.places = (0..count).map(place).collect();
         Ok(memory)

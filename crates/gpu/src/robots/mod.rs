@@ -1,6 +1,7 @@
 //! Batches of robots on a device.
 
 mod buffers;
+mod exchange;
 pub(crate) mod pipelines;
 pub(crate) mod table;
 
@@ -192,13 +193,7 @@ impl RobotBatch {
         data: &mut Data,
     ) -> Result<(), GpuError> {
         self.fetch(world)?;
-        for (own, &body) in self.alone.model.body_ids().zip(&handle.bodies) {
-            let dofs = self.alone.model.dofs(own);
-            for (dof, (q, v)) in dofs.zip(model.qs(body).zip(model.dofs(body))) {
-                data.q[q] = f64::from(self.number(world, robot::Q + dof));
-                data.v[v] = f64::from(self.number(world, robot::V + dof));
-            }
-        }
+        self.store_fetched(world, model, handle, data);
         Ok(())
     }
 

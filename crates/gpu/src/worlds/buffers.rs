@@ -14,6 +14,7 @@ use crate::rules::Rules;
 #[derive(Debug)]
 pub(super) struct WorldBuffers {
     pub meetings: wgpu::Buffer,
+    pub tables: wgpu::Buffer,
     pub bindings: wgpu::BindGroup,
 }
 
@@ -62,6 +63,6 @@ impl WorldBuffers {
             layout,
             entries: &entries,
         });
-        Ok(Self { meetings, bindings })
+        Ok(Self { meetings, tables, bindings })
     }
 }

@@ -1,6 +1,7 @@
 //! Batches of whole worlds: in each a tree with its fruit, and a robot that touches them.
 
 mod buffers;
+mod lanes;
 mod meeting;
 pub(crate) mod pipelines;
 mod table;
@@ -15,11 +16,14 @@ use crate::batch::{GpuBatch, Options, Statistics};
 use crate::device::{Gpu, GpuError, WORKGROUP_STORAGE};
 use crate::laws::Laws;
 use crate::layout::LANES;
+use crate::memory::Room;
 use crate::pipelines::Pass;
 use crate::robots::RobotBatch;
 use crate::robots::table::{Table, refused};
 use crate::rules::Rules;
 use buffers::WorldBuffers;
+use lanes::Read;
+pub use lanes::{Fitted, Tenant};
 pub use meeting::{ContactPoint, Meeting};
 use pipelines::WorldPass;
 use table::WorldTable;
@@ -39,6 +43,10 @@ pub struct WorldBatch {
     robots: RobotBatch,
     buffers: WorldBuffers,
     table: WorldTable,
+    room: Room,
+    /// True if wood breaks and fruit come off on the device.
+    judges: bool,
+    read: Read,
 }
 
 impl WorldBatch {
@@ -51,6 +59,17 @@ impl WorldBatch {
         trees: &[TreeWorld],
         robot: &RobotModel,
         x_world_odom: &[Pose],
+    ) -> Result<Self, GpuError> {
+        Self::in_room(gpu, trees, robot, x_world_odom, Room::default())
+    }
+
+    /// As [`Self::new`], with room for larger trees.
+    fn in_room(
+        gpu: &Gpu,
+        trees: &[TreeWorld],
+        robot: &RobotModel,
+        x_world_odom: &[Pose],
+        room: Room,
     ) -> Result<Self, GpuError> {
         if trees.len() != x_world_odom.len() || trees.is_empty() {
             return Err(BatchError::Starts { starts: x_world_odom.len(), worlds: trees.len() }.into());
@@ -68,12 +87,14 @@ impl WorldBatch {
         let plants: Vec<&Plant> = trees.iter().map(|tree| &**tree.plant()).collect();
         let sim = &plants[0].spec.sim;
         let robots = RobotBatch::new(gpu, robot, sim, trees.len() as u32)?;
-        let batch = GpuBatch::over_tiles(gpu, trees, Options::default(), true)?;
+        let batch = GpuBatch::over_tiles(gpu, trees, Options::default(), Some(&room))?;
         let links: Result<_, String> = <Table as bytemuck::Zeroable>::zeroed().set_links(&robots.alone.model);
         let links = links.map_err(|why| refused(robot, &why))?;
-        let table = WorldTable::new(&batch.memory, &plants, robot, &robots.alone, &links, x_world_odom)?;
+        let alone = &robots.alone;
+        let table = WorldTable::new(&batch.memory, &plants, robot, alone, &links, x_world_odom, &room)?;
         let buffers = WorldBuffers::new(gpu, &table, &batch, &robots)?;
-        Ok(Self { gpu: gpu.clone(), trees: batch, robots, buffers, table })
+        let (gpu, trees) = (gpu.clone(), batch);
+        Ok(Self { gpu, trees, robots, buffers, table, room, judges: true, read: Read::default() })
     }
 
     /// Number of worlds.
@@ -112,9 +133,11 @@ impl WorldBatch {
         let first = self.trees.memory.rules.frame + 1;
         self.trees.memory.rules.frame += frames;
         let rules = self.trees.memory.rules;
+        let judges = self.judges;
         let steps = (first..first + frames).flat_map(|frame| {
             (0..rules.substeps).map(move |substep| {
-                let passes = if substep + 1 == rules.substeps { &SUBSTEP[..] } else { &SUBSTEP[..EVENTS] };
+                let judged = judges && substep + 1 == rules.substeps;
+                let passes = if judged { &SUBSTEP[..] } else { &SUBSTEP[..EVENTS] };
                 (Rules { frame, substep, ..rules }, passes)
             })
         });

@@ -9,7 +9,7 @@ use orchard_robot::RobotModel;
 
 use crate::BatchError;
 use crate::layout::{LANES, QUAD, collider, contact, head, meeting, path, place, robot, solid, system};
-use crate::memory::Memory;
+use crate::memory::{Memory, Room, depth};
 use crate::robots::Alone;
 use crate::robots::table::{Place, refused};
 
@@ -35,7 +35,7 @@ struct Surface {
 }
 
 impl WorldTable {
-    /// The table of worlds with a robot of one kind that starts in each at `x_world_odom`.
+    /// The table of worlds with a robot of one kind that starts in each at `x_world_odom`, with room for larger trees.
     ///
     /// # Errors
     /// The kernels lack a shape of the robot, or it has too many.
@@ -46,6 +46,7 @@ impl WorldTable {
         alone: &Alone,
         links: &[Place],
         x_world_odom: &[Pose],
+        room: &Room,
     ) -> Result<Self, BatchError> {
         let colliders = alone.model.colliders();
         if colliders.len() > collider::MOST {
@@ -61,8 +62,9 @@ impl WorldTable {
             let numbers = of_collider(one, links, [wood, fruit]).map_err(|why| refused(robot_model, why))?;
             words.extend(numbers);
         }
-        let depth = plants.iter().map(|plant| depth(&plant.tree.parent)).max().unwrap_or(0);
+        let depth = plants.iter().map(|plant| depth(&plant.tree.parent)).max().unwrap_or(0).max(room.depth());
         let most = plants.iter().map(|plant| plant.tree.len() + plant.fruit.len()).max().unwrap_or(0);
+        let most = most.max(room.colliders());
         let own = (place::FIELDS + most).next_multiple_of(QUAD);
         let record = meeting::FIELDS
             + meeting::MOST_CONTACTS * (contact::FIELDS + 3 * robot::DOFS + depth * path::FIELDS);
@@ -85,6 +87,22 @@ impl WorldTable {
         }
         let meetings = records + plants.len() * record;
         Ok(Self { words, records, record, meetings })
+    }
+
+    /// Sets the places of a world in which another tree stands; returns their first word and their number.
+    pub fn plant(
+        &mut self,
+        memory: &Memory,
+        index: usize,
+        plant: &Plant,
+        x_world_odom: &Pose,
+    ) -> (usize, usize) {
+        let own = self.words[head::PLACE] as usize * QUAD;
+        let start = self.words[head::PLACES] as usize * QUAD + index * own;
+        let mut words = of_world(memory, index, plant, x_world_odom);
+        words.resize(own, 0);
+        self.words[start..start + own].copy_from_slice(&words);
+        (start, own)
     }
 }
 
@@ -150,15 +168,4 @@ fn of_world(memory: &Memory, index: usize, plant: &Plant, x_world_odom: &Pose) -
     let fruit = plant.fruit.fruit.iter().enumerate();
     words.extend(fruit.map(|(i, fruit)| word(memory.fruit_row_of(index, i), fruit.segment as u32)));
     words
-}
-
-/// Largest number of links from a tip to the root, both included.
-fn depth(parent: &[Option<usize>]) -> usize {
-    let mut depths = vec![1; parent.len()];
-    for (segment, parent) in parent.iter().enumerate() {
-        if let Some(parent) = *parent {
-            depths[segment] = depths[parent] + 1;
-        }
-    }
-    depths.into_iter().max().unwrap_or(0)
 }

@@ -33,7 +33,7 @@ use orchard_geometry::{Mat3, Pose, Vec3};
 
 use crate::data::Data;
 use crate::kinematics::Kinematics;
-use crate::model::{Collider, ColliderId, Model, Owner};
+use crate::model::{Collider, ColliderId, Groups, Model, Owner};
 pub use crate::settings::ContactPath;
 use crate::settings::{StepReport, StepSettings};
 use crate::solver::{self, LinearSolve, Solver};
@@ -87,6 +87,19 @@ pub fn accept_overlaps(model: &mut Model, data: &Data) {
     model.overlaps = found.map(|c| ((c.a, c.b), -c.gap)).collect();
 }
 
+/// Finds if colliders of some groups come near each other, without a step.
+#[derive(Debug, Clone, Default)]
+pub struct Vicinity(ContactScratch);
+
+impl Vicinity {
+    /// True if two colliders that `groups` (one a collider, in the model's order) lets touch are less than `margin` \[m\] apart.
+    pub fn any(&mut self, model: &Model, data: &Data, groups: &[Groups], margin: f64) -> bool {
+        let Self(scratch) = self;
+        scratch.collide_groups(model, data, groups, margin);
+        !scratch.contacts.is_empty()
+    }
+}
+
 /// Adds the velocity change by contacts and couplings to the free one in `Data::change`.
 pub(crate) fn solve_contacts(
     model: &Model,
@@ -119,8 +132,13 @@ pub(crate) fn solve_contacts(
 impl ContactScratch {
     /// Finds the contact points of this step.
     fn collide(&mut self, model: &Model, data: &Data, margin: f64) {
+        self.collide_groups(model, data, &data.groups, margin);
+    }
+
+    /// As [`Self::collide`], with other groups than the state's.
+    fn collide_groups(&mut self, model: &Model, data: &Data, groups: &[Groups], margin: f64) {
         self.contacts.clear();
-        self.broad.find_pairs(model, &data.kinematics, &data.point_p_world, &data.groups, margin);
+        self.broad.find_pairs(model, &data.kinematics, &data.point_p_world, groups, margin);
         for &(a, b) in &self.broad.pairs {
             let (collider_a, collider_b) = (model.collider(a), model.collider(b));
             self.touches.clear();

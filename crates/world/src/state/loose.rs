@@ -121,7 +121,7 @@ impl State {
 
     /// Wakes sleeping fruit whose base drives, that an awake fruit or the moving arm can reach within this frame, or that
     /// touches such a one.
-    fn wake(&mut self, spec: &Spec, parts: &Parts, frame_time: f64) {
+    pub(crate) fn wake(&mut self, spec: &Spec, parts: &Parts, frame_time: f64) {
         let State { data, fruit: lives, .. } = self;
         let set = &parts.fruit;
         let rule = WakeRule {

@@ -1,0 +1,196 @@
+//! Room for trees that take the places of others.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::sync::Arc;
+
+use orchard_batch::TreeWorld;
+
+use super::block::rows_of;
+use super::{Memory, topologies};
+use crate::BatchError;
+use crate::laws::Laws;
+use crate::layout::{LANES, QUAD, fruit, link, tile, touch, world};
+use crate::schedule::{MOST_FRUIT_ROWS, PARTS, Schedule};
+
+/// Sizes of trees that fit into the same place of a batch: the rows of each part of a schedule, what its passes hand on, and the longest way from a tip to the root.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Room {
+    pub(super) parts: [usize; PARTS],
+    pub(super) slots: usize,
+    pub(super) forks: usize,
+    pub(super) loads: usize,
+    pub(super) leaves: usize,
+    pub(super) fruit: usize,
+    depth: usize,
+}
+
+/// Largest number of links from a tip to the root, both included.
+pub(crate) fn depth(parent: &[Option<usize>]) -> usize {
+    let mut depths = vec![1; parent.len()];
+    for (segment, parent) in parent.iter().enumerate() {
+        if let Some(parent) = *parent {
+            depths[segment] = depths[parent] + 1;
+        }
+    }
+    depths.into_iter().max().unwrap_or(0)
+}
+
+impl Room {
+    /// Room for each of some trees, and for trees that are larger by a share of each size.
+    ///
+    /// # Errors
+    /// A tree has no schedule.
+    pub fn for_trees(samples: &[TreeWorld], more: f64) -> Result<Self, BatchError> {
+        let laws = samples.first().map_or_else(Laws::default, |world| Laws::of(world.plant()));
+        let schedules = topologies::schedules(samples, Laws { touched: true, ..laws })?;
+        let mut room = Self::default();
+        for (sample, schedule) in samples.iter().zip(&schedules) {
+            let own = Self::of(schedule, &sample.plant().tree.parent);
+            room.each(&own, |most, size| *most = size.max(*most));
+        }
+        // Fields of an operation hold no larger numbers.
+        let fields = Self {
+            parts: [1 << 14; PARTS],
+            slots: 255,
+            forks: 255,
+            loads: 1023,
+            leaves: 1023,
+            fruit: MOST_FRUIT_ROWS,
+            depth: usize::MAX,
+        };
+        room.each(&room.clone(), |most, size| *most = (size as f64 * (1.0 + more)).ceil() as usize);
+        room.each(&fields, |most, size| *most = size.min(*most));
+        Ok(room)
+    }
+
+    /// Sizes of a tree.
+    pub(crate) fn of(schedule: &Schedule, parent: &[Option<usize>]) -> Self {
+        Self {
+            parts: schedule.parts.each_ref().map(Vec::len),
+            slots: schedule.slots,
+            forks: schedule.forks,
+            loads: schedule.loads,
+            leaves: schedule.leaves,
+            fruit: schedule.fruit.len(),
+            depth: depth(parent),
+        }
+    }
+
+    /// True if a tree of these sizes fits.
+    pub(crate) fn holds(&self, other: &Self) -> bool {
+        let mut fits = true;
+        self.clone().each(other, |most, size| fits &= size <= *most);
+        fits
+    }
+
+    fn each(&mut self, other: &Self, mut with: impl FnMut(&mut usize, usize)) {
+        self.parts.iter_mut().zip(other.parts).for_each(|(own, other)| with(own, other));
+        for (own, other) in [
+            (&mut self.slots, other.slots),
+            (&mut self.forks, other.forks),
+            (&mut self.loads, other.loads),
+            (&mut self.leaves, other.leaves),
+            (&mut self.fruit, other.fruit),
+            (&mut self.depth, other.depth),
+        ] {
+            with(own, other);
+        }
+    }
+
+    /// Largest number of links from a tip to the root.
+    pub(crate) fn depth(&self) -> usize {
+        self.depth
+    }
+
+    /// Largest number of links and fruit together.
+    pub(crate) fn colliders(&self) -> usize {
+        self.parts.iter().sum::<usize>() + self.fruit
+    }
+}
+
+impl Memory {
+    /// Puts another tree in the place of a world's: constants, state and operations of its lane, of which nothing is left. It must fit into the room of the batch. The copies of the block's buffers
+    /// on the host must be those of the device, since other worlds share them.
+    pub fn plant(&mut self, index: usize, given: &TreeWorld, schedule: &Schedule) {
+        self.clear_lane(index);
+        let number = self.places[index].tile;
+        let starts: [usize; PARTS] = std::array::from_fn(|part| self.header(number, tile::STARTS + part));
+        let (rows, fruit_rows) = rows_of(given, schedule, &starts, None);
+        let place = &mut self.places[index];
+        (place.rows, place.fruit_rows) = (rows, fruit_rows);
+        place.parts = schedule.parts.each_ref().map(Vec::len);
+        self.load(index, given, schedule);
+        self.set_lengths(number);
+        let block = self.blocks[self.places[index].block].clone();
+        self.pad_fruit(block.fruit_rows);
+    }
+
+    /// Sets the numbers of rows of a tile's parts that its worlds use.
+    pub(super) fn set_lengths(&mut self, number: usize) {
+        for part in 0..PARTS {
+            let of_tile = self.places.iter().filter(|place| place.tile == number);
+            let longest = of_tile.map(|place| place.parts[part]).max().unwrap_or(0);
+            self.tiles[number * tile::FIELDS + tile::LENGTHS + part] = longest as u32;
+        }
+    }
+
+    fn clear_lane(&mut self, index: usize) {
+        let (number, lane) = (self.places[index].tile, self.places[index].lane);
+        let rows = self.header(number, tile::STARTS + PARTS);
+        for row in 0..rows {
+            let at = self.operation_at(number, row, lane);
+            self.operations[at] = [0; 4];
+            self.states[at] = 0;
+            for field in 0..link::FIELDS {
+                let at = self.link_at(number, row, field, lane);
+                self.links[at] = 0.0;
+            }
+            for field in 0..touch::FIELDS {
+                let at = self.touch_at(number, row, field, lane);
+                self.work[at] = 0.0;
+            }
+        }
+        let block = &self.blocks[self.places[index].block];
+        for row in 0..block.fruit_rows.len() {
+            for field in 0..fruit::FIELDS {
+                let at = self.fruit_at(number, row, field, lane);
+                self.fruit[at] = 0.0;
+            }
+        }
+        for field in 0..world::FIELDS {
+            let at = self.world_at(number, field, lane);
+            self.worlds[at] = 0.0;
+        }
+    }
+}
+
+impl Memory {
+    /// Schedule of a tree under the laws of the batch.
+    ///
+    /// # Errors
+    /// It has none.
+    pub fn schedule(&self, given: &TreeWorld) -> Result<Arc<Schedule>, BatchError> {
+        let mut of_one = topologies::schedules(std::slice::from_ref(given), self.laws)?;
+        Ok(of_one.remove(0))
+    }
+
+    /// Places in the work buffer of what contacts need of the links of some worlds' blocks, in order.
+    pub fn touches_of(&self, worlds: &[usize]) -> Vec<Range<usize>> {
+        let of_block: BTreeMap<usize, usize> =
+            worlds.iter().map(|&index| (self.places[index].block, self.places[index].tile)).collect();
+        let touches = of_block.into_iter().map(|(block, number)| {
+            let first = self.header(number, tile::TOUCHES) * QUAD;
+            first..first + self.blocks[block].rows.len() * self.laws.touch_fields() * LANES
+        });
+        touches.collect()
+    }
+
+    /// Stops a world as of a frame; returns the place of the number in the worlds' buffer.
+    pub fn stop(&mut self, index: usize, frame: u32) -> usize {
+        let place = &self.places[index];
+        let at = self.world_at(place.tile, world::STOPPED, place.lane);
+        self.worlds[at] = f32::from_bits(frame);
+        at
+    }
+}

@@ -1,0 +1,91 @@
+//! States of robots between the device and f64.
+
+use orchard_multibody::{Data, Model};
+use orchard_robot::{BaseJoint, JointValues, RobotHandle, SetPoints};
+
+use super::{RobotBatch, place};
+use crate::device::GpuError;
+use crate::layout::{LANES, robot};
+
+impl RobotBatch {
+    /// Reads the states of all robots.
+    pub(crate) fn fetch_all(&mut self) -> Result<(), GpuError> {
+        let whole = 0..self.states.len();
+        self.gpu.fetch(&mut [(&self.buffers.robots, &mut self.states, vec![whole])])
+    }
+
+    /// Writes coordinates and velocities that were read into a state of a model that holds this robot.
+    pub(crate) fn store_fetched(&self, world: usize, model: &Model, handle: &RobotHandle, data: &mut Data) {
+        for (own, &body) in self.alone.model.body_ids().zip(&handle.bodies) {
+            let dofs = self.alone.model.dofs(own);
+            for (dof, (q, v)) in dofs.zip(model.qs(body).zip(model.dofs(body))) {
+                data.q[q] = f64::from(self.number(world, robot::Q + dof));
+                data.v[v] = f64::from(self.number(world, robot::V + dof));
+            }
+        }
+    }
+
+    /// Set points that were read.
+    pub(crate) fn set_points(&self, world: usize, handle: &RobotHandle) -> SetPoints {
+        let number = |field: usize| f64::from(self.number(world, field));
+        let base_velocity = match &handle.base_joint {
+            BaseJoint::Rail { axis_base, .. } => {
+                let speed = number(robot::BASE_TARGET);
+                [axis_base.x * speed, axis_base.y * speed, 0.0]
+            }
+            _ => std::array::from_fn(|k| number(robot::BASE_TARGET + k)),
+        };
+        let arm = handle.arm.len();
+        SetPoints {
+            base_velocity,
+            arm_target: JointValues::from_fn(arm, |k| number(robot::ARM_TARGET + k)),
+            arm_rate: JointValues::from_fn(arm, |k| number(robot::ARM_RATE + k)),
+            finger_target: std::array::from_fn(|k| number(robot::FINGER_TARGET + k)),
+        }
+    }
+
+    /// Sets the state of a robot on the host, out of quarantine; [`Self::send_states`] sends it.
+    pub(crate) fn load(
+        &mut self,
+        world: usize,
+        model: &Model,
+        handle: &RobotHandle,
+        data: &Data,
+        set: &SetPoints,
+    ) {
+        let mut numbers = vec![(robot::STOPPED, 0.0), (robot::FAULT, 0.0)];
+        for (own, &body) in self.alone.model.body_ids().zip(&handle.bodies) {
+            for (dof, (q, v)) in self.alone.model.dofs(own).zip(model.qs(body).zip(model.dofs(body))) {
+                numbers.extend([(robot::Q + dof, data.q[q]), (robot::V + dof, data.v[v])]);
+            }
+        }
+        let base = match &handle.base_joint {
+            BaseJoint::Rail { axis_base, .. } => {
+                [axis_base.x * set.base_velocity[0] + axis_base.y * set.base_velocity[1], 0.0, 0.0]
+            }
+            _ => set.base_velocity,
+        };
+        for (field, values) in [
+            (robot::BASE_TARGET, &base[..]),
+            (robot::ARM_TARGET, &set.arm_target[..]),
+            (robot::ARM_RATE, &set.arm_rate[..]),
+            (robot::FINGER_TARGET, &set.finger_target[..]),
+        ] {
+            numbers.extend(values.iter().enumerate().map(|(k, value)| (field + k, *value)));
+        }
+        for (field, value) in numbers {
+            self.states[place(world, field, robot::FIELDS)] = value as f32;
+        }
+    }
+
+    /// Sends the states of the blocks of some worlds, which must be those of the device but for what was set.
+    pub(crate) fn send_states(&self, worlds: &[usize]) {
+        let mut blocks: Vec<usize> = worlds.iter().map(|world| world / LANES).collect();
+        blocks.dedup();
+        let each = robot::FIELDS * LANES;
+        for block in blocks {
+            let numbers = bytemuck::cast_slice(&self.states[block * each..(block + 1) * each]);
+            self.gpu.queue.write_buffer(&self.buffers.robots, 4 * (block * each) as u64, numbers);
+        }
+    }
+}

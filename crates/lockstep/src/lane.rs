@@ -1,0 +1,160 @@
+//! Lanes, and the worlds in them.
+
+use std::sync::Arc;
+
+use orchard_batch::TreeWorld;
+use orchard_gpu::{BatchError, Fitted, Gpu, GpuError, Room, WorldBatch};
+use orchard_multibody::ColliderId;
+use orchard_world::World;
+
+use crate::tally::Tally;
+
+/// Room of the lanes for trees larger than the samples: by so much of each size, our own choice.
+const MORE_ROOM: f64 = 0.25;
+
+/// Error: worlds cannot advance together on a device.
+#[derive(Debug, thiserror::Error)]
+pub enum LockstepError {
+    /// There is no sample world, or no lane.
+    #[error("there are {samples} sample worlds and {lanes} lanes; at least one of each is needed")]
+    Empty {
+        /// Number of sample worlds.
+        samples: usize,
+        /// Number of lanes.
+        lanes: usize,
+    },
+    /// Uneven ground.
+    #[error("the ground of world {0} is uneven (terrain.enabled); on a graphics device robots stand on level ground")]
+    Terrain(u32),
+    /// The device refused the worlds, or was lost.
+    #[error(transparent)]
+    Device(#[from] GpuError),
+}
+
+impl From<BatchError> for LockstepError {
+    fn from(error: BatchError) -> Self {
+        Self::Device(error.into())
+    }
+}
+
+/// Worlds that advance together.
+#[derive(Debug)]
+pub struct Lockstep {
+    pub(crate) batch: WorldBatch,
+    pub(crate) lanes: Vec<Option<Occupant>>,
+    pub(crate) tally: Tally,
+}
+
+/// A world in a lane.
+#[derive(Debug)]
+pub(crate) struct Occupant {
+    /// Its tree, to be put on the device in any state.
+    pub tree: TreeWorld,
+    /// `None` if the lane has no room for the tree.
+    pub fitted: Option<Arc<Fitted>>,
+    /// True while the device has its present state.
+    pub is_on_device: bool,
+    /// Impulse of the robot on wood since the world came to the device [N s].
+    pub impulse: f64,
+    /// Contacts lost, and solves that did not converge, since then.
+    pub faults: [u32; 2],
+    /// Colliders of wood, then of fruit, and those of the robot, in the order of the device.
+    pub of_tree: Vec<ColliderId>,
+    pub of_robot: Vec<ColliderId>,
+}
+
+impl Lockstep {
+    /// Makes lanes, all empty, with room for trees like those of some sample worlds; all worlds to come have the samples' robot and rules.
+    ///
+    /// # Errors
+    /// There is no sample or no lane; the device cannot step such a world, or has no room for so many lanes.
+    pub fn new(gpu: &Gpu, samples: &[World], lanes: usize) -> Result<Self, LockstepError> {
+        let (Some(first), false) = (samples.first(), lanes == 0) else {
+            return Err(LockstepError::Empty { samples: samples.len(), lanes });
+        };
+        if first.terrain().is_some() {
+            return Err(LockstepError::Terrain(first.index()));
+        }
+        let trees: Vec<TreeWorld> = samples.iter().map(tree_of).collect();
+        let room = Room::for_trees(&trees, MORE_ROOM)?;
+        let batch = WorldBatch::with_lanes(gpu, room, &trees[0], first.robot(), lanes)?;
+        Ok(Self { batch, lanes: (0..lanes).map(|_| None).collect(), tally: Tally::default() })
+    }
+
+    /// Number of lanes.
+    pub fn len(&self) -> usize {
+        self.lanes.len()
+    }
+
+    /// True if there is no lane.
+    pub fn is_empty(&self) -> bool {
+        self.lanes.is_empty()
+    }
+
+    /// Memory on the device \[bytes\].
+    pub fn bytes(&self) -> usize {
+        self.batch.bytes()
+    }
+
+    /// Counts of all frames so far.
+    pub fn tally(&self) -> &Tally {
+        &self.tally
+    }
+
+    /// Lets a world enter a lane, in the place of the one that is there.
+    ///
+    /// # Errors
+    /// The kernels cannot step it.
+    ///
+    /// # Panics
+    /// There is no such lane.
+    pub fn enter(&mut self, lane: usize, world: &World) -> Result<(), LockstepError> {
+        self.leave(lane);
+        if world.terrain().is_some() {
+            return Err(LockstepError::Terrain(world.index()));
+        }
+        let tree = tree_of(world);
+        let fitted = self.batch.fitted(&tree, &world.x_world_start())?.map(Arc::new);
+        let colliders = &world.handle().colliders;
+        let parts = [&colliders.base, &colliders.arm, &colliders.bucket, &colliders.cup];
+        let mut of_robot: Vec<ColliderId> =
+            parts.into_iter().chain(&colliders.fingers).flatten().copied().collect();
+        of_robot.sort_unstable();
+        let of_tree = world.tree().colliders.iter().chain(&world.fruit().colliders).copied().collect();
+        let (is_on_device, impulse, faults) = (false, 0.0, [0; 2]);
+        self.lanes[lane] = Some(Occupant { tree, fitted, is_on_device, impulse, faults, of_tree, of_robot });
+        Ok(())
+    }
+
+    /// Empties a lane.
+    ///
+    /// # Panics
+    /// There is no such lane.
+    pub fn leave(&mut self, lane: usize) {
+        if self.lanes[lane].take().is_some_and(|occupant| occupant.is_on_device) {
+            self.batch.retire(lane);
+        }
+    }
+
+    /// Tells that the state of a lane's world was changed by others: the device takes it anew.
+    ///
+    /// # Panics
+    /// There is no such lane.
+    pub fn renew(&mut self, lane: usize) {
+        if let Some(occupant) = &mut self.lanes[lane] {
+            occupant.is_on_device = false;
+        }
+    }
+}
+
+/// The tree of a world in its present state.
+fn tree_of(world: &World) -> TreeWorld {
+    TreeWorld::within(
+        world.shared_spec().clone(),
+        world.model().clone(),
+        world.tree().clone(),
+        world.fruit().clone(),
+        world.weather().cloned(),
+        world.data().clone(),
+    )
+}

@@ -1,0 +1,41 @@
+//! Worlds that advance together: a graphics device computes their motion in f32, this crate's worlds apply their rules in f64.
+//!
+//! A [`Lockstep`] has lanes. A world enters a lane, advances there frame by frame with the others ([`Lockstep::step`]), and leaves it. A frame on the device is every substep's motion of wood, fruit and robot, with the contacts of the robot
+//! with wood and hanging fruit; sensors, ruptures, stems, grips, loads and events follow in [`World`], by the code of [`World::step`]. What the device does not know yet (fruit off their stems, broken wood, suction, the robot near the
+//! ground or itself) is computed in f64: the world leaves the device for these frames and comes back after them. [`Tally`] counts which frames were computed where.
+//!
+//! The result of a world depends on its own commands alone, not on the other lanes or on their number. It differs from that of [`World::step`] by the rounding of f32, which contacts amplify.
+//!
+//! ```no_run
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! use orchard_gpu::{Choice, Gpu};
+//! use orchard_lockstep::{Lockstep, Turn};
+//! use orchard_scenario::Scenario;
+//! let scenario = Scenario::of(&[])?;
+//! let mut worlds = (0..8).map(|index| scenario.world(1, index, 0)).collect::<Result<Vec<_>, _>>()?;
+//! let mut together = Lockstep::new(&Gpu::open(Choice::default())?, &worlds, worlds.len())?;
+//! for (lane, world) in worlds.iter().enumerate() {
+//!     together.enter(lane, world)?;
+//! }
+//! let command = scenario.robot().start_command();
+//! let turns = worlds.iter_mut().enumerate().map(|(lane, world)| Turn { lane, world, command });
+//! together.step(&mut turns.collect::<Vec<_>>())?;
+//! # Ok(())
+//! # }
+//! ```
+
+mod lane;
+mod step;
+mod tally;
+
+pub use lane::{Lockstep, LockstepError};
+pub use step::Turn;
+pub use tally::{Tally, Where};
+
+#[cfg(doc)]
+use orchard_world::World;
+
+/// Compiles the example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -1,0 +1,181 @@
+//! A frame of all worlds.
+
+use orchard_gpu::{GpuError, Tenant, WorldBatch};
+use orchard_multibody::ContactReport;
+use orchard_robot::Command;
+use orchard_world::{Lent, Moved, World};
+use rayon::prelude::*;
+
+use crate::lane::{Lockstep, Occupant};
+use crate::tally::Where;
+
+/// A world's next frame.
+#[derive(Debug)]
+pub struct Turn<'a> {
+    /// Its lane.
+    pub lane: usize,
+    /// The world that entered it.
+    pub world: &'a mut World,
+    /// Command of the frame.
+    pub command: Command,
+}
+
+impl Lockstep {
+    /// Advances worlds by a frame, each under its command. Worlds in other lanes stand still.
+    ///
+    /// # Errors
+    /// The device was lost; then the frame is not over, and the worlds cannot go on.
+    ///
+    /// # Panics
+    /// No world has entered a lane.
+    pub fn step(&mut self, turns: &mut [Turn<'_>]) -> Result<(), GpuError> {
+        let lanes = &self.lanes;
+        let places: Vec<Where> = turns.par_iter_mut().map(|turn| place_of(lanes, turn)).collect();
+        self.exchange(turns, &places)?;
+        let lent: Vec<Option<Lent>> = turns
+            .par_iter_mut()
+            .zip(&places)
+            .map(|(turn, place)| (*place == Where::Device).then(|| turn.world.lend(&turn.command)))
+            .collect();
+        for (turn, lent) in turns.iter().zip(&lent) {
+            if let Some(lent) = lent {
+                self.batch.command(turn.lane, &lent.command)?;
+            }
+        }
+        let any_on_device = lent.iter().any(Option::is_some);
+        if any_on_device {
+            self.pause_others(turns, &places);
+            self.batch.advance(1);
+        }
+        // While the device is at work.
+        turns.par_iter_mut().zip(&lent).filter(|(_, lent)| lent.is_none()).for_each(|(turn, _)| {
+            turn.world.step(&turn.command);
+        });
+        if any_on_device {
+            self.batch.fetch()?;
+        }
+        let (batch, lanes) = (&self.batch, &self.lanes);
+        let ends: Vec<Option<End>> = turns
+            .par_iter_mut()
+            .zip(&lent)
+            .map(|(turn, lent)| {
+                let occupant = occupant(lanes, turn.lane);
+                lent.as_ref().map(|lent| take_back(batch, occupant, turn, lent))
+            })
+            .collect();
+        for ((turn, end), place) in turns.iter().zip(ends).zip(places) {
+            self.tally.count(place);
+            if let (Some(End { impulse, faults }), Some(occupant)) = (end, &mut self.lanes[turn.lane]) {
+                let [lost, unsolved] = [0, 1].map(|k| u64::from(faults[k] - occupant.faults[k]));
+                self.tally.contacts_lost += lost;
+                self.tally.contacts_unsolved += unsolved;
+                (occupant.impulse, occupant.faults) = (impulse, faults);
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes worlds from the device that are computed here, and puts those on it that are computed there.
+    fn exchange(&mut self, turns: &[Turn<'_>], places: &[Where]) -> Result<(), GpuError> {
+        let mut coming = Vec::new();
+        for (turn, place) in turns.iter().zip(places) {
+            let Some(occupant) = &mut self.lanes[turn.lane] else { continue };
+            match (place, occupant.is_on_device) {
+                (Where::Device, false) => coming.push(turn),
+                (Where::Device, true) => {}
+                (_, true) => {
+                    occupant.is_on_device = false;
+                    self.batch.retire(turn.lane);
+                }
+                (_, false) => {}
+            }
+        }
+        let lanes = &self.lanes;
+        let trees: Vec<_> = coming
+            .par_iter()
+            .map(|turn| occupant(lanes, turn.lane).tree.in_state_of(turn.world.data().clone()))
+            .collect();
+        let fitted: Vec<_> =
+            coming.iter().map(|turn| occupant(lanes, turn.lane).fitted.clone()).collect();
+        let starts: Vec<_> = coming.iter().map(|turn| turn.world.x_world_start()).collect();
+        let tenants = coming.iter().zip(&trees).zip(fitted.iter().zip(&starts));
+        let tenants: Vec<Tenant<'_>> = tenants
+            .filter_map(|((turn, tree), (fitted, x_world_odom))| {
+                Some(Tenant {
+                    lane: turn.lane,
+                    tree,
+                    fitted: fitted.as_deref()?,
+                    x_world_odom,
+                    model: turn.world.model(),
+                    handle: turn.world.handle(),
+                    data: turn.world.data(),
+                    set_points: turn.world.set_points(),
+                })
+            })
+            .collect();
+        self.batch.plant(&tenants)?;
+        for turn in coming {
+            if let Some(occupant) = &mut self.lanes[turn.lane] {
+                occupant.is_on_device = true;
+                (occupant.impulse, occupant.faults) = (0.0, [0; 2]);
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes worlds from the device that have no turn now.
+    fn pause_others(&mut self, turns: &[Turn<'_>], places: &[Where]) {
+        let mut has_turn = vec![false; self.lanes.len()];
+        for (turn, place) in turns.iter().zip(places) {
+            has_turn[turn.lane] = *place == Where::Device;
+        }
+        for (lane, occupant) in self.lanes.iter_mut().enumerate() {
+            if let Some(occupant) = occupant
+                && occupant.is_on_device
+                && !has_turn[lane]
+            {
+                occupant.is_on_device = false;
+                self.batch.retire(lane);
+            }
+        }
+    }
+}
+
+/// Numbers of a lane after a frame on the device.
+struct End {
+    impulse: f64,
+    faults: [u32; 2],
+}
+
+fn occupant(lanes: &[Option<Occupant>], lane: usize) -> &Occupant {
+    lanes[lane].as_ref().unwrap_or_else(|| panic!("no world has entered lane {lane}"))
+}
+
+fn place_of(lanes: &[Option<Occupant>], turn: &mut Turn<'_>) -> Where {
+    if occupant(lanes, turn.lane).fitted.is_none() {
+        return Where::TooLarge;
+    }
+    turn.world.stays(&turn.command).map_or(Where::Device, Where::Here)
+}
+
+/// Ends a frame of a world by the motion that was read from the device.
+fn take_back(batch: &WorldBatch, occupant: &Occupant, turn: &mut Turn<'_>, lent: &Lent) -> End {
+    let lane = turn.lane;
+    let meeting = batch.contacts(lane);
+    let impulse = f64::from(meeting.contact_impulse);
+    let contacts = meeting.contacts.iter().map(|contact| ContactReport {
+        a: occupant.of_tree[contact.tree],
+        b: occupant.of_robot[contact.robot],
+        p_world: contact.p_world,
+        n_world: contact.n_world,
+        gap: contact.gap,
+        force_world: contact.force_world,
+    });
+    turn.world.take_back(lent, |model, handle, data| Moved {
+        set_points: batch.store(lane, model, handle, data),
+        contacts: contacts.collect(),
+        impulse: impulse - occupant.impulse,
+        peak_force: f64::from(meeting.peak_contact_force),
+    });
+    End { impulse, faults: [meeting.lost, meeting.unsolved] }
+}

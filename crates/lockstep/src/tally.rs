@@ -1,0 +1,56 @@
+//! Counts of frames by the place where they were computed.
+
+use std::collections::BTreeMap;
+
+use orchard_world::Stay;
+use serde::{Deserialize, Serialize};
+
+/// Place where a frame is computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Where {
+    /// On the device.
+    Device,
+    /// In f64, for a reason of the world.
+    Here(Stay),
+    /// In f64, since the tree is larger than the lanes.
+    TooLarge,
+}
+
+impl Where {
+    /// Name in results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Device => "device",
+            Self::Here(stay) => stay.name(),
+            Self::TooLarge => "large_tree",
+        }
+    }
+}
+
+/// Numbers of frames by the place where they were computed, and of contacts that the device left out.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Tally {
+    /// Frames by the name of the place ([`Where::name`]).
+    pub frames: BTreeMap<String, u64>,
+    /// Pairs of colliders, and contact points, for which the device had no room.
+    pub contacts_lost: u64,
+    /// Contact solves that did not converge on the device.
+    pub contacts_unsolved: u64,
+}
+
+impl Tally {
+    pub(crate) fn count(&mut self, place: Where) {
+        *self.frames.entry(place.name().to_owned()).or_default() += 1;
+    }
+
+    /// Number of all frames.
+    pub fn total(&self) -> u64 {
+        self.frames.values().sum()
+    }
+
+    /// Share of the frames that the device computed; 0 without frames.
+    pub fn share_on_device(&self) -> f64 {
+        let on_device = self.frames.get(Where::Device.name()).copied().unwrap_or(0);
+        on_device as f64 / self.total().max(1) as f64
+    }
+}

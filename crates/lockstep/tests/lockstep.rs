@@ -1,0 +1,147 @@
+//! Worlds in lockstep against worlds stepped alone.
+
+#[path = "../../gpu/tests/device/mod.rs"]
+mod device;
+
+use std::sync::Arc;
+
+use device::device;
+use orchard_lockstep::{Lockstep, LockstepError, Turn};
+use orchard_robot::{Command, RobotModel};
+use orchard_spec::{Preset, Spec};
+use orchard_world::World;
+
+/// Worlds whose robot stands near the trunk and faces it.
+fn worlds_of(spec: Spec, count: u32) -> Vec<World> {
+    let mut spec = spec;
+    let start = &mut spec.episode.start;
+    start.distance = start.distance.with_ends(1.6, 1.6).unwrap();
+    start.heading = start.heading.with_ends(0.0, 0.0).unwrap();
+    let (spec, robot) = (Arc::new(spec), Arc::new(RobotModel::paper()));
+    (0..count).map(|index| World::new(spec.clone(), robot.clone(), 20_250_704, index).unwrap()).collect()
+}
+
+fn together_of(worlds: &[World], lanes: usize) -> Option<Lockstep> {
+    Some(Lockstep::new(&device()?, worlds, lanes).unwrap())
+}
+
+/// Drives to the tree with a moving arm.
+fn command_at(frame: u32) -> Command {
+    let mut command = RobotModel::paper().start_command();
+    let share = f64::from(frame.min(90)) / 90.0;
+    command.arm_q[0] += 0.4 * share;
+    command.arm_q[3] += 0.3 * share;
+    command.base_velocity = [0.8, 0.05, 0.1];
+    command
+}
+
+fn step_all(together: &mut Lockstep, worlds: &mut [World], command: Command) {
+    let turns = worlds.iter_mut().enumerate().map(|(lane, world)| Turn { lane, world, command });
+    together.step(&mut turns.collect::<Vec<_>>()).unwrap();
+}
+
+/// Largest difference of the robots' coordinates.
+fn robot_apart(a: &World, b: &World) -> f64 {
+    let qs = a.handle().bodies.iter().flat_map(|&body| a.model().qs(body));
+    qs.map(|q| (a.data().q[q] - b.data().q[q]).abs()).fold(0.0, f64::max)
+}
+
+#[test]
+fn a_world_moves_as_alone_until_it_touches_something() {
+    let mut worlds = worlds_of(Spec::paper(), 3);
+    let Some(mut together) = together_of(&worlds, 3) else { return };
+    let mut alone = worlds.clone();
+    for (lane, world) in worlds.iter().enumerate() {
+        together.enter(lane, world).unwrap();
+    }
+    for frame in 0..30 {
+        let command = command_at(frame);
+        step_all(&mut together, &mut worlds, command);
+        alone.iter_mut().for_each(|world| world.step(&command));
+    }
+    assert_eq!(together.tally().share_on_device(), 1.0, "{:?}", together.tally());
+    for (world, alone) in worlds.iter().zip(&alone) {
+        assert_eq!(world.frame(), alone.frame());
+        assert!(robot_apart(world, alone) < 1e-4, "{}", robot_apart(world, alone));
+        let (seen, expected) = (world.sense(), alone.sense());
+        let torque = (0..seen.arm_q.len()).map(|k| (seen.arm_torque[k] - expected.arm_torque[k]).abs());
+        // Servos of 600 N m/rad turn a rounding of 1e-6 rad into some hundredths.
+        let torque = torque.fold(0.0, f64::max);
+        assert!(torque < 0.05, "{torque}");
+        for point in &alone.fruit().points {
+            let at = point.index();
+            let apart = (world.data().point_p_world[at] - alone.data().point_p_world[at]).norm();
+            assert!(apart < 1e-4, "fruit {at}: {apart}");
+        }
+    }
+}
+
+/// A world has the same bits in any company, in any lane, and with others coming and going beside it.
+#[test]
+fn company_changes_no_bit() {
+    let samples = worlds_of(Spec::paper(), 4);
+    let Some(mut few) = together_of(&samples, 1) else { return };
+    let mut many = together_of(&samples, 4).unwrap();
+    let mut one = samples[1].clone();
+    few.enter(0, &one).unwrap();
+    let mut worlds = samples.clone();
+    worlds.rotate_left(2);
+    for (lane, world) in worlds.iter().enumerate() {
+        many.enter(lane, world).unwrap();
+    }
+    for frame in 0..110 {
+        let command = command_at(frame);
+        few.step(&mut [Turn { lane: 0, world: &mut one, command }]).unwrap();
+        step_all(&mut many, &mut worlds, command);
+        if frame % 32 == 7 {
+            // Another tree beside it.
+            worlds[0] = samples[(frame / 32) as usize].clone();
+            many.enter(0, &worlds[0]).unwrap();
+        }
+    }
+    assert!(one.wood_load().contact_impulse > 0.0, "it touched no wood");
+    assert_eq!(one.state_digest(), worlds[3].state_digest());
+}
+
+/// A fruit that comes off takes its world from the device, until it lies still.
+#[test]
+fn a_world_leaves_the_device_with_a_fruit_and_comes_back() {
+    let mut worlds = worlds_of(Spec::paper(), 1);
+    let Some(mut together) = together_of(&worlds, 1) else { return };
+    together.enter(0, &worlds[0]).unwrap();
+    let point = worlds[0].fruit().points[0].index();
+    let command = RobotModel::paper().start_command();
+    worlds[0].data_mut().point_force_world[point].z = -200.0;
+    together.renew(0);
+    let mut pulled = 0;
+    while worlds[0].data().tethered[point] {
+        step_all(&mut together, &mut worlds, command);
+        pulled += 1;
+        assert!(pulled < 60, "it hangs on");
+    }
+    worlds[0].data_mut().point_force_world[point].z = 0.0;
+    let before = together.tally().clone();
+    let mut here = 0;
+    for _ in 0..600 {
+        step_all(&mut together, &mut worlds, command);
+        here = together.tally().frames.get("loose_fruit").copied().unwrap_or(0);
+        if together.tally().frames["device"] > before.frames["device"] {
+            break;
+        }
+    }
+    assert!(here > 10, "{:?}", together.tally());
+    assert!(together.tally().frames["device"] > before.frames["device"], "{:?}", together.tally());
+    assert!(worlds[0].data().point_p_world[point].z < 0.1);
+}
+
+#[test]
+fn what_a_user_can_get_wrong() {
+    let worlds = worlds_of(Spec::paper(), 1);
+    let Some(gpu) = device() else { return };
+    let e = Lockstep::new(&gpu, &[], 1).unwrap_err();
+    assert!(matches!(e, LockstepError::Empty { samples: 0, lanes: 1 }), "{e}");
+    assert!(Lockstep::new(&gpu, &worlds, 0).is_err());
+    let stems = Spec::preset(Preset::Calibrated);
+    let e = Lockstep::new(&gpu, &worlds_of(stems, 1), 1).unwrap_err().to_string();
+    assert!(e.contains("fruit.stem"), "{e}");
+}
