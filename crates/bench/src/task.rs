@@ -50,6 +50,10 @@ pub trait Task: Sync {
     fn frame(&self) -> f64;
     /// Sums up all records, given in the order of [`Task::keys`].
     fn sum_up(&self, records: &[Self::Record]) -> Self::Summary;
+    /// Records that are computed at once by a session of some threads.
+    fn at_once(&self, threads: usize) -> usize {
+        threads
+    }
     /// True if the files that belong to a record besides its own exist; otherwise the record is computed again.
     fn is_kept(&self, record: &Self::Record) -> bool {
         let _ = record;
@@ -187,7 +191,7 @@ fn records<T: Task>(
     }
     let part = all.into_iter().enumerate().filter(|(place, _)| shard.holds(*place));
     let keys: Vec<_> = part.map(|(_, key)| key).collect();
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(task.at_once(threads)).build()?;
     let done: Vec<Option<Timed<T::Record>>> = pool.install(|| {
         keys.par_iter()
             .with_max_len(1)

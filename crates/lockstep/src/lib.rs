@@ -24,11 +24,15 @@
 //! # }
 //! ```
 
+mod harvest;
 mod lane;
+mod seats;
 mod step;
 mod tally;
 
+pub use harvest::{Seated, Together, TogetherError, samples};
 pub use lane::{Lockstep, LockstepError};
+pub use seats::{Seat, Seats};
 pub use step::Turn;
 pub use tally::{Tally, Where};
 

@@ -21,6 +21,7 @@ use crate::harvest::interface::{
 use crate::harvest::matrix::Dials;
 use crate::harvest::plan::{Condition, ConditionParams, Plan};
 use crate::harvest::run::WorldFactory;
+use crate::backend::Backend;
 use crate::protocol::Protocol;
 use crate::seeds::SeedSetLabel;
 use crate::zones::Zone;
@@ -265,6 +266,7 @@ pub fn plan() -> Plan {
         frame: FRAME,
         config_hash: config_hash(&[("fake.toml", "")]),
         protocol: Protocol::paper(),
+        backend: Backend::Cpu,
     }
 }
 
@@ -280,6 +282,7 @@ pub fn key() -> EpisodeKey {
         world: 0,
         repeat: 0,
         horizon_frames: 60,
+        backend: Backend::Cpu,
     }
 }
 

@@ -4,6 +4,7 @@
 //! target. [`verify`]: a recorded trajectory is played back. `orchard-bench` computes the records of a plan and a summary of them;
 //! [`protocol::Protocol`] holds the constants. `docs/benchmark-v1.md` defines the figures.
 
+mod backend;
 pub mod component;
 pub mod detect;
 #[cfg(any(test, feature = "fake"))]

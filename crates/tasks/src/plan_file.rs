@@ -10,6 +10,7 @@ use orchard_bench::{CODE_VERSION, SCHEMA_VERSION};
 use orchard_scenario::StoredScenario;
 use serde::{Deserialize, Serialize};
 
+pub use crate::backend::Backend;
 use crate::harvest::plan::Extent;
 use crate::protocol::Protocol;
 
@@ -22,6 +23,9 @@ pub enum TaskPlan {
         /// Conditions, seeds and trees.
         #[serde(flatten)]
         extent: Extent,
+        /// Backend that moves the worlds.
+        #[serde(default, skip_serializing_if = "Backend::is_cpu")]
+        backend: Backend,
     },
     /// Detection: single images of every tree.
     Detect {
@@ -49,40 +53,6 @@ pub enum TaskPlan {
         #[serde(default)]
         backend: Backend,
     },
-}
-
-/// Backend of the scaling task: it advances the batches.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Backend {
-    /// The processor.
-    #[default]
-    Cpu,
-    /// A graphics device.
-    Gpu,
-}
-
-impl Backend {
-    /// All backends.
-    pub const ALL: [Self; 2] = [Self::Cpu, Self::Gpu];
-
-    /// Name in files and on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Cpu => "cpu",
-            Self::Gpu => "gpu",
-        }
-    }
-}
-
-impl std::str::FromStr for Backend {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let known = Self::ALL.map(Self::name).join(" and ");
-        let found = Self::ALL.into_iter().find(|backend| backend.name() == text);
-        found.ok_or_else(|| format!("must be one of {known}"))
-    }
 }
 
 /// Trees of a task without conditions.
@@ -122,7 +92,7 @@ impl TaskPlan {
                 .map(drop)
         };
         match self {
-            Self::Harvest { extent } => {
+            Self::Harvest { extent, .. } => {
                 let horizon = &protocol.full.horizon;
                 let repeats = protocol.official_set().repeats.with_value(extent.repeats);
                 repeats.map_err(|e| format!("harvest: repeats: {e}"))?;
@@ -271,7 +241,7 @@ mod tests {
             horizon_s: 0.1,
         };
         vec![
-            TaskPlan::Harvest { extent },
+            TaskPlan::Harvest { extent, backend: Backend::Cpu },
             TaskPlan::Detect { trees: trees() },
             TaskPlan::Gentle { trees: trees() },
             TaskPlan::Scaling { profile: "full".into(), backend: Backend::Gpu },
@@ -309,9 +279,9 @@ mod tests {
         let protocol = Protocol::paper();
         assert!(plans().iter().all(|plan| plan.check(&protocol).is_ok()));
         let harvest = |change: fn(&mut Extent)| match plans().swap_remove(0) {
-            TaskPlan::Harvest { mut extent } => {
+            TaskPlan::Harvest { mut extent, backend } => {
                 change(&mut extent);
-                TaskPlan::Harvest { extent }.check(&protocol).unwrap_err()
+                TaskPlan::Harvest { extent, backend }.check(&protocol).unwrap_err()
             }
             other => panic!("{other:?}"),
         };

@@ -13,6 +13,7 @@ use crate::BatchError;
 use crate::device::{Gpu, GpuError};
 use crate::layout::{LANES, meeting, system};
 use crate::memory::{Room, quad_at};
+use crate::rules::Rules;
 use crate::schedule::Schedule;
 
 /// Frame in which an empty lane counts as stopped.
@@ -83,6 +84,9 @@ impl WorldBatch {
     pub fn fitted(&self, tree: &TreeWorld, x_world_odom: &Pose) -> Result<Option<Fitted>, GpuError> {
         let plant = tree.plant();
         check(plant, x_world_odom).map_err(|why| BatchError::World { world: 0, why })?;
+        if Rules::of(plant) != Rules::of(&self.trees.plants[0]) {
+            return Err(BatchError::Rules { world: 0 }.into());
+        }
         let schedule = self.trees.memory.schedule(tree)?;
         let size = Room::of(&schedule, &plant.tree.parent);
         Ok(self.room.holds(&size).then_some(Fitted(schedule)))

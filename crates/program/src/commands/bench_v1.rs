@@ -7,6 +7,8 @@ mod harvest;
 pub mod plans;
 pub mod scaling;
 pub mod task;
+#[cfg(feature = "gpu")]
+mod together;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -31,8 +33,9 @@ detect    single depth images by a free camera, 8 per tree at each of 5 foliage 
 errors, canopy zones, and the detector with each of its gates switched off\n  \
 reach-and-grasp\n            hold a named fruit: success, time, path, loads on the wood\n  \
 gentle    push the hand through the canopy to a point behind it: success, time, loads on the wood\n  \
-scaling   frames per second of batches of 1 to 512 trees, by solver and by the differences between trees; no robot\n            \
---backend gpu runs this task only on a graphics device; robot and camera always run on the CPU\n\n\
+scaling   frames per second of batches of 1 to 512 trees, by solver and by the differences between trees; no robot\n\n\
+--backend gpu moves the worlds of harvest and scaling on a graphics device, in f32; cameras, rules and controllers stay on the\n\
+CPU. Such results are marked and belong on no leaderboard (docs/computation/gpu-world.md).\n\n\
 Files:\n  DIR/plan.json         the options of every task\n  \
 DIR/summary.json      harvest: metrics with 95 % intervals, zones, failure reasons, times of states, and the\n                        \
 sweeps' conditions tested against the nominal one, tree by tree\n  \
@@ -58,6 +61,7 @@ orchard bench-v1 --seeds tuning --conditions nominal --repeats 3\n  \
 orchard bench-v1 --tasks detect --profile full --camera d435i\n  \
 orchard bench-v1 --tasks reach-and-grasp,gentle --controller expert\n  \
 orchard bench-v1 --tasks scaling --backend gpu\n  \
+orchard bench-v1 --tasks harvest --backend gpu --conditions nominal --seeds 5 --trees 100 --controller expert\n  \
 orchard bench-v1 --profile full --shard 3/8 --out parts/3    one part of eight, then orchard merge"
 )]
 pub struct Args {
@@ -66,10 +70,13 @@ pub struct Args {
     tasks: Option<Vec<TaskName>>,
     #[command(flatten)]
     run: RunArgs,
-    /// Processor for the batches of the scaling task: cpu, or gpu (any Vulkan, Metal or DirectX 12 device). Robot and camera always run
-    /// on the CPU [default: cpu]
+    /// Where the worlds of harvest and scaling move: cpu, or gpu (any Vulkan, Metal or DirectX 12 device; harvest: preset paper). Cameras and
+    /// controllers always run on the CPU [default: cpu]
     #[arg(long, value_name = "cpu|gpu")]
     backend: Option<Backend>,
+    /// Episodes of the harvest that advance together on a graphics device [default: all, at most 512]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16384))]
+    lanes: Option<u32>,
 }
 
 /// Options of a run of either benchmark.
@@ -116,7 +123,7 @@ pub struct RunArgs {
 impl RunArgs {
     /// The harvest alone.
     pub fn of_harvest(self) -> Args {
-        Args { tasks: Some(vec![TaskName::Harvest]), run: self, backend: None }
+        Args { tasks: Some(vec![TaskName::Harvest]), run: self, backend: None, lanes: None }
     }
 }
 
@@ -242,7 +249,9 @@ pub fn run_benchmark(args: &Args, benchmark: Benchmark, program: &Program) -> Re
     let scenario = benchmark.protocol.map_or(scenario.clone(), |name| scenario.on_protocol(name));
     let plans = plans::plans(args, &scenario)?;
     let out = args.run.out.clone().unwrap_or_else(|| plans::default_out(args, benchmark));
-    let tasks = plans.iter().map(|plan| plans::task(plan, &scenario, &out, record));
+    let threads = threads.map_or_else(default_threads, |threads| threads as usize);
+    let way = plans::Way { record, lanes: args.lanes.map(|lanes| lanes as usize), threads };
+    let tasks = plans.iter().map(|plan| plans::task(plan, &scenario, &out, Some(way)));
     let tasks = tasks.collect::<Result<Vec<_>, Failure>>()?;
     // A missing device is reported before the first task starts.
     scaling::check_device(&plans, &scenario)?;
@@ -255,7 +264,6 @@ pub fn run_benchmark(args: &Args, benchmark: Benchmark, program: &Program) -> Re
     let shard = shard.unwrap_or(Shard::WHOLE);
     let written = PlanFile::write(&store, &plans, &scenario.stored(), shard);
     written.map_err(|e| Failure::Failed(e.to_string()))?;
-    let threads = threads.map_or_else(default_threads, |threads| threads as usize);
     let session = Session { store: &store, threads, shard, stop };
     if let Some(line) = scenario.differences() {
         say!("scenario: {line}");

@@ -52,7 +52,7 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
         let scenario = Scenario::from_stored(scenario, program.controllers(), &by).map_err(|e| bad(&e))?;
         plan.check(&Protocol::of_scenario(&scenario)?)
             .map_err(|e| Failure::BadInput(format!("{by}: {e}")))?;
-        tasks.push(plans::task(plan, &scenario, &args.out, false)?);
+        tasks.push(plans::task(plan, &scenario, &args.out, None)?);
     }
     let (into, _lock) = open_folder("--out", &args.out)?;
     for task in &tasks {

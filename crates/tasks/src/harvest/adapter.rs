@@ -12,51 +12,76 @@ use crate::harvest::interface::{
     BenchController, BenchWorld, ControllerEvent, FruitTruth, HandForces, VisibleFruit,
 };
 
-impl BenchWorld for World {
+/// A simulated world that is stepped in some way.
+pub trait Simulated {
+    /// The world.
+    fn world(&self) -> &World;
+    /// The world, to read its sensors and events.
+    fn world_mut(&mut self) -> &mut World;
+    /// Advances it one frame under a command.
+    fn advance(&mut self, command: &Command);
+}
+
+impl Simulated for World {
+    fn world(&self) -> &World {
+        self
+    }
+
+    fn world_mut(&mut self) -> &mut World {
+        self
+    }
+
+    fn advance(&mut self, command: &Command) {
+        World::step(self, command);
+    }
+}
+
+impl<S: Simulated> BenchWorld for S {
     fn observe(&mut self) -> Observation {
-        World::observe(self)
+        self.world_mut().observe()
     }
 
     fn step(&mut self, command: &Command) {
-        World::step(self, command);
+        self.advance(command);
     }
 
     fn drain_events(&mut self) -> Vec<WorldEvent> {
-        World::drain_events(self)
+        self.world_mut().drain_events()
     }
 
     fn fruit(&self) -> Vec<FruitTruth> {
-        self.fruit_truth()
+        self.world().fruit_truth()
     }
 
     fn visible_fruit(&self) -> Vec<VisibleFruit> {
-        let views = self.camera_truth().map_or(&[][..], |truth| &truth.fruit);
+        let views = self.world().camera_truth().map_or(&[][..], |truth| &truth.fruit);
         let seen = views.iter().filter(|view| view.visible_px > 0);
         seen.map(|view| VisibleFruit { fruit: view.instance, pixels: view.visible_px }).collect()
     }
 
     fn x_world_odom(&self) -> Pose {
-        World::x_world_odom(self)
+        self.world().x_world_odom()
     }
 
     fn reachable(&self) -> Vec<bool> {
-        World::reachable(self)
+        self.world().reachable()
     }
 
     fn reachable_ik_count(&self) -> Option<u32> {
-        Some(self.reachable_by_ik())
+        Some(self.world().reachable_by_ik())
     }
 
     fn peak_stem_pull(&self) -> f64 {
-        self.fruit_lives().peak_tension()
+        self.world().fruit_lives().peak_tension()
     }
 
     fn hand_forces(&self) -> HandForces {
-        let handle = self.handle();
+        let world = self.world();
+        let handle = world.handle();
         let (mut fingers, mut wrist_world) = ([0.0; 2], Vec3::zeros());
-        for contact in &self.report().contacts {
+        for contact in &world.report().contacts {
             for (collider, sign) in [(contact.a, 1.0), (contact.b, -1.0)] {
-                let Owner::Body(body) = self.model().collider(collider).owner else { continue };
+                let Owner::Body(body) = world.model().collider(collider).owner else { continue };
                 let side = handle.fingers.iter().position(|finger| finger.has(body));
                 if side.is_some() || body == handle.wrist() {
                     wrist_world += contact.force_world * sign;
@@ -70,19 +95,19 @@ impl BenchWorld for World {
     }
 
     fn fruit_bruise(&self, fruit: u32) -> Option<f64> {
-        Some(World::fruit_bruise(self, fruit as usize).peak_impact_energy)
+        Some(self.world().fruit_bruise(fruit as usize).peak_impact_energy)
     }
 
     fn bruise_volume(&self, fruit: u32) -> Option<f64> {
-        World::fruit_bruise(self, fruit as usize).volume(&self.spec().fruit)
+        self.world().fruit_bruise(fruit as usize).volume(&self.world().spec().fruit)
     }
 
     fn breaks_at_union(&self, segment: u32) -> bool {
-        self.tree().union_fails[segment as usize]
+        self.world().tree().union_fails[segment as usize]
     }
 
     fn quarantine(&self) -> Option<String> {
-        match self.status() {
+        match self.world().status() {
             Status::Running => None,
             Status::Quarantined { frame, reason } => Some(format!("frame {frame}: {reason}")),
         }

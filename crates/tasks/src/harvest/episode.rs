@@ -11,6 +11,7 @@ use orchard_scenario::Names;
 use orchard_world::Release;
 use serde::{Deserialize, Serialize};
 
+use crate::backend::Backend;
 use crate::harvest::interface::GaveUp;
 use crate::zones::{Zone, ZoneFrame, ZoneTable};
 
@@ -36,6 +37,9 @@ pub struct EpisodeKey {
     pub repeat: u32,
     /// Time budget \[frames\].
     pub horizon_frames: u32,
+    /// Backend that moved the world; left out for the processor. On a graphics device it moves in f32: such an episode is no episode of a leaderboard.
+    #[serde(default, skip_serializing_if = "Backend::is_cpu")]
+    pub backend: Backend,
 }
 
 /// Outcome of an episode.

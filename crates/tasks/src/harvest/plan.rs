@@ -5,6 +5,7 @@ use orchard_bench::{PlanError, check_records, check_trees};
 use orchard_scenario::Names;
 use serde::{Deserialize, Serialize};
 
+use crate::backend::Backend;
 use crate::harvest::episode::EpisodeKey;
 use crate::harvest::matrix::{Dials, MatrixSweep};
 use crate::protocol::Protocol;
@@ -73,6 +74,8 @@ pub struct Plan {
     pub config_hash: String,
     /// Protocol constants.
     pub protocol: Protocol,
+    /// Backend that moves the worlds.
+    pub backend: Backend,
 }
 
 /// Longest budget \[s\]; prevents an overflow of frame counts.
@@ -125,6 +128,7 @@ impl Plan {
             world,
             repeat,
             horizon_frames: self.horizon_frames(condition),
+            backend: self.backend,
         };
         let of = |condition: &Condition| -> Vec<EpisodeKey> {
             let worlds = |&seed: &u64| (0..condition.params.trees).map(move |world| (seed, world));

@@ -26,6 +26,14 @@ pub trait WorldFactory: Sync {
     /// # Errors
     /// The world cannot be built (reason in one line); it then counts as quarantined.
     fn build(&self, key: &EpisodeKey) -> Result<(Self::World, Self::Controller), String>;
+    /// Reason for which the worlds have stopped moving, if they have: no episode since then has a record.
+    fn failed(&self) -> Option<String> {
+        None
+    }
+    /// Episodes that run at once in a session of some threads.
+    fn at_once(&self, threads: usize) -> usize {
+        threads
+    }
 }
 
 /// A finished run.
@@ -90,10 +98,17 @@ impl<F: WorldFactory, O: ObserverFactory<F::World>> Task for Episodes<'_, F, O> 
         let (key, world, controller) = (key.clone(), &mut world, &mut controller);
         let record =
             run_observed_episode(key, world, controller, protocol, frame, stop, on_step, &mut observer);
+        if self.factory.failed().is_some() {
+            return Ok(None);
+        }
         if let Some(record) = &record {
             self.watch.end(observer, world, record)?;
         }
         Ok(record)
+    }
+
+    fn at_once(&self, threads: usize) -> usize {
+        self.factory.at_once(threads)
     }
 
     fn is_kept(&self, record: &EpisodeRecord) -> bool {

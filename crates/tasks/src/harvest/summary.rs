@@ -16,6 +16,7 @@ use orchard_statistics::{Design, Resamples, VarianceComponents};
 use orchard_statistics::{Metric, components_of_metrics, estimate, estimate_quantiles};
 use serde::{Deserialize, Serialize};
 
+use crate::backend::Backend;
 use crate::harvest::episode::{AttemptOutcome, EpisodeRecord, Outcome};
 use crate::harvest::metrics::{METRICS, QUANTILES, completeness};
 use crate::harvest::plan::{Condition, ConditionParams, Plan};
@@ -41,6 +42,9 @@ pub struct Summary {
     pub profile: String,
     /// Controller.
     pub controller: String,
+    /// Backend that moved the worlds; left out for the processor.
+    #[serde(default, skip_serializing_if = "Backend::is_cpu")]
+    pub backend: Backend,
     /// Seed set.
     pub seed_set: SeedSetLabel,
     /// Seeds, in order.
@@ -161,6 +165,7 @@ impl Summary {
             scenario: ScenarioLine { names: plan.scenario.clone(), hash: plan.scenario_hash.clone() },
             profile: plan.profile.clone(),
             controller: plan.scenario.controller.clone(),
+            backend: plan.backend,
             seed_set: plan.seed_set.clone(),
             seeds: plan.seeds.clone(),
             quarantined: episodes.iter().filter(|e| e.quarantined()).count() as u32,

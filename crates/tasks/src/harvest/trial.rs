@@ -6,6 +6,7 @@ use orchard_bench::{CODE_VERSION, SCHEMA_VERSION};
 use orchard_scenario::Scenario;
 use orchard_world::WorldError;
 
+use crate::backend::Backend;
 use crate::harvest::adapter::Recorded;
 use crate::harvest::episode::{EpisodeKey, EpisodeRecord};
 use crate::harvest::harness::run_episode;
@@ -26,6 +27,7 @@ pub fn trial(scenario: &Scenario, seed: u64, tree: u32, seconds: f64) -> Result<
         seed,
         world: tree,
         repeat: 0,
+        backend: Backend::Cpu,
         horizon_frames: (seconds / frame).round().max(1.0) as u32,
     };
     let mut controller = Recorded::new(scenario.controller());

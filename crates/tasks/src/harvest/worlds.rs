@@ -6,6 +6,7 @@ use orchard_quantity::ConfigError;
 use orchard_scenario::Scenario;
 use orchard_world::World;
 
+use crate::backend::Backend;
 use crate::harvest::adapter::Recorded;
 use crate::harvest::episode::EpisodeKey;
 use crate::harvest::matrix::{ConditionError, Dials, EXHAUSTION, Matrix, MatrixCondition, NOMINAL};
@@ -93,6 +94,7 @@ impl Harvest {
             frame: self.frame(),
             config_hash: self.config_hash(),
             protocol: self.protocol.clone(),
+            backend: Backend::Cpu,
         })
     }
 

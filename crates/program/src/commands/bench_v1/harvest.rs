@@ -10,6 +10,7 @@ use orchard_tasks::harvest::episode::EpisodeRecord;
 use orchard_tasks::harvest::plan::Plan;
 use orchard_tasks::harvest::summary::Summary;
 use orchard_tasks::harvest::{Extent, Harvest};
+use orchard_tasks::plan_file::Backend;
 
 use super::bar::RecordProgress;
 use super::task::PresentedTask;
@@ -45,12 +46,30 @@ pub struct Harvesting {
 
 impl Harvesting {
     /// Plans the conditions, with results in the folder `out`. With `record`, episodes are recorded there, too.
-    pub fn new(scenario: &Scenario, extent: &Extent, out: &Path, record: bool) -> Result<Self, Failure> {
+    pub fn new(
+        scenario: &Scenario,
+        extent: &Extent,
+        backend: Backend,
+        out: &Path,
+        record: bool,
+    ) -> Result<Self, Failure> {
         let harvest = Harvest::new(scenario.clone())?;
-        let plan = harvest.plan_of(extent.clone())?;
+        let plan = Plan { backend, ..harvest.plan_of(extent.clone())? };
         plan.check()?;
         let recordings = record.then(|| recordings(out, scenario)).transpose()?;
         Ok(Self { harvest, plan, watch: (recordings, CommandLogs::new(out)) })
+    }
+
+    /// The matrix.
+    #[cfg(feature = "gpu")]
+    pub fn harvest(&self) -> &Harvest {
+        &self.harvest
+    }
+
+    /// The plan.
+    #[cfg(feature = "gpu")]
+    pub fn plan(&self) -> &Plan {
+        &self.plan
     }
 }
 

@@ -7,7 +7,7 @@ use orchard_scaling::ScalingRules;
 use orchard_scenario::Scenario;
 use orchard_tasks::harvest::matrix::{EXHAUSTION, NOMINAL};
 use orchard_tasks::harvest::{Extent, Harvest};
-use orchard_tasks::plan_file::{TaskPlan, TreeExtent};
+use orchard_tasks::plan_file::{Backend, TaskPlan, TreeExtent};
 use orchard_tasks::protocol::{Profile, Protocol};
 
 use super::task::AnyTask;
@@ -31,8 +31,10 @@ pub fn plans(args: &Args, scenario: &Scenario) -> Result<Vec<TaskPlan>, Failure>
         }
         plans.push(match task {
             TaskName::Harvest => {
+                let backend = args.backend.unwrap_or_default();
                 let extent = extent(args, &harvest, &trees).map_err(Failure::BadInput)?;
-                TaskPlan::Harvest { extent }
+                let extent = if backend == Backend::Gpu { on_device(args, &harvest, extent)? } else { extent };
+                TaskPlan::Harvest { extent, backend }
             }
             TaskName::Detect => TaskPlan::Detect { trees: trees.clone() },
             TaskName::ReachAndGrasp => TaskPlan::ReachAndGrasp { trees: trees.clone() },
@@ -49,15 +51,32 @@ pub fn plans(args: &Args, scenario: &Scenario) -> Result<Vec<TaskPlan>, Failure>
     Ok(plans)
 }
 
-/// The task of a plan with results in the folder `out`. With `record`, episodes of the harvest are recorded there, too.
+/// How tasks are to be run.
+#[derive(Debug, Clone, Copy)]
+pub struct Way {
+    /// Episodes of the harvest are recorded.
+    pub record: bool,
+    /// Episodes that advance together on a graphics device.
+    pub lanes: Option<usize>,
+    /// Threads.
+    pub threads: usize,
+}
+
+/// The task of a plan with results in the folder `out`; `way` is none if it is not run, only merged.
 pub fn task(
     plan: &TaskPlan,
     scenario: &Scenario,
     out: &Path,
-    record: bool,
+    way: Option<Way>,
 ) -> Result<Box<dyn AnyTask>, Failure> {
     Ok(match plan {
-        TaskPlan::Harvest { extent } => Box::new(harvest::Harvesting::new(scenario, extent, out, record)?),
+        TaskPlan::Harvest { extent, backend } => match way {
+            Some(way) if *backend == Backend::Gpu => harvest_on_device(scenario, extent, out, way)?,
+            _ => {
+                let record = way.is_some_and(|way| way.record);
+                Box::new(harvest::Harvesting::new(scenario, extent, *backend, out, record)?)
+            }
+        },
         TaskPlan::Detect { trees } => Box::new(detect::Detecting::new(scenario, trees)?),
         TaskPlan::ReachAndGrasp { trees } => Box::new(component::Grasping::new(scenario, trees)?),
         TaskPlan::Gentle { trees } => Box::new(component::Pushing::new(scenario, trees)?),
@@ -65,6 +84,39 @@ pub fn task(
             Box::new(scaling::Timing::new(scenario, profile, *backend)?)
         }
     })
+}
+
+#[cfg(feature = "gpu")]
+fn harvest_on_device(
+    scenario: &Scenario,
+    extent: &Extent,
+    out: &Path,
+    way: Way,
+) -> Result<Box<dyn AnyTask>, Failure> {
+    Ok(Box::new(super::together::OnDevice::new(scenario, extent, out, way)?))
+}
+
+#[cfg(not(feature = "gpu"))]
+fn harvest_on_device(_: &Scenario, _: &Extent, _: &Path, _: Way) -> Result<Box<dyn AnyTask>, Failure> {
+    Err(Failure::BadInput("--backend gpu: this program was built without the feature `gpu`".to_owned()))
+}
+
+/// The part of the matrix that a graphics device runs: all but uneven ground. Conditions that the user named are not left out, but refused.
+fn on_device(args: &Args, harvest: &Harvest, extent: Extent) -> Result<Extent, Failure> {
+    let is_uneven = |name: &String| {
+        harvest.scenario_of(name).map(|scenario| scenario.spec().terrain.enabled).unwrap_or(false)
+    };
+    let (uneven, level): (Vec<String>, Vec<String>) = extent.conditions.into_iter().partition(is_uneven);
+    let names = uneven.join(", ");
+    if !uneven.is_empty() && (args.run.conditions.is_some() || level.is_empty()) {
+        return Err(Failure::BadInput(format!(
+            "--conditions: {names}: on a graphics device robots stand on level ground (terrain.enabled); run it without --backend gpu"
+        )));
+    }
+    if !uneven.is_empty() {
+        note!("note: conditions {names} are skipped: on a graphics device robots stand on level ground");
+    }
+    Ok(Extent { conditions: level, ..extent })
 }
 
 /// Checks that a task can be run with a scenario; the error gives the reason.
@@ -108,6 +160,9 @@ pub fn default_out(args: &Args, benchmark: Benchmark) -> PathBuf {
     if let Some(Seeds::Set(set)) = args.run.seeds.as_ref().filter(|seeds| seeds.is_official()) {
         add(set.name());
     }
+    if args.backend == Some(Backend::Gpu) {
+        add(Backend::Gpu.name());
+    }
     if let Some(conditions) = &args.run.conditions {
         add(&conditions.join("+"));
     }
@@ -130,6 +185,9 @@ fn tasks(args: &Args) -> Vec<TaskName> {
         TaskName::Harvest => true,
         // Timings belong to one machine, so the task cannot be split into parts.
         TaskName::Scaling if is_part(args) => false,
+        TaskName::Detect | TaskName::ReachAndGrasp | TaskName::Gentle if args.backend == Some(Backend::Gpu) => {
+            false
+        }
         _ => !of_harvest,
     };
     TaskName::ALL.into_iter().filter(applies).collect()
@@ -142,7 +200,7 @@ fn is_part(args: &Args) -> bool {
 /// Refuses options that only affect tasks that are not run.
 fn check_options(args: &Args) -> Result<(), String> {
     use TaskName::{Gentle, Harvest, ReachAndGrasp, Scaling};
-    let options: [(&str, bool, &[TaskName], &str); 6] = [
+    let options: [(&str, bool, &[TaskName], &str); 7] = [
         ("--horizon", args.run.horizon.is_some(), &[Harvest], "the task harvest"),
         ("--conditions", args.run.conditions.is_some(), &[Harvest], "the task harvest"),
         ("--repeats", args.run.repeats.is_some(), &[Harvest], "the task harvest"),
@@ -153,13 +211,17 @@ fn check_options(args: &Args) -> Result<(), String> {
             &[Harvest, ReachAndGrasp, Gentle],
             "the tasks harvest, reach-and-grasp and gentle",
         ),
-        ("--backend", args.backend.is_some(), &[Scaling], "the task scaling"),
+        ("--backend", args.backend.is_some(), &[Harvest, Scaling], "the tasks harvest and scaling"),
+        ("--lanes", args.lanes.is_some(), &[Harvest], "the task harvest"),
     ];
     let run = tasks(args);
     for (option, given, tasks, names) in options {
         if given && !tasks.iter().any(|task| run.contains(task)) {
             return Err(format!("{option} applies to {names}, which --tasks does not include"));
         }
+    }
+    if args.lanes.is_some() && args.backend != Some(Backend::Gpu) {
+        return Err("--lanes applies to --backend gpu alone".to_owned());
     }
     if is_part(args) && run.contains(&Scaling) {
         return Err("--shard: the task scaling cannot be split into parts; run it without --shard".to_owned());

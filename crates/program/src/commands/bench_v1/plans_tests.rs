@@ -104,20 +104,25 @@ fn options_of_tasks_that_are_not_run() {
 }
 
 #[test]
-fn the_backend_is_of_the_scaling_task() {
+fn the_backend_is_of_harvest_and_scaling() {
     let backend = |line: &[&str]| match plans_of(line).unwrap().pop() {
         Some(TaskPlan::Scaling { backend, .. }) => backend.name(),
         other => panic!("{other:?}"),
     };
     assert_eq!(backend(&["--tasks", "scaling"]), "cpu");
     assert_eq!(backend(&["--tasks", "scaling", "--backend", "gpu"]), "gpu");
-    // The other tasks are run as ever.
     assert_eq!(backend(&["--backend", "gpu"]), "gpu");
-    assert_eq!(plans_of(&["--backend", "gpu"]).unwrap().len(), 5);
+    let plans = plans_of(&["--backend", "gpu"]).unwrap();
+    assert_eq!(plans.iter().map(TaskPlan::task).collect::<Vec<_>>(), ["harvest", "scaling"]);
+    let TaskPlan::Harvest { extent, backend: Backend::Gpu } = &plans[0] else { panic!("{:?}", plans[0]) };
+    assert!(extent.conditions.iter().all(|name| !name.starts_with("terrain")), "{extent:?}");
     assert_eq!(
         plans_of(&["--tasks", "detect", "--backend", "gpu"]).unwrap_err(),
-        "--backend applies to the task scaling, which --tasks does not include"
+        "--backend applies to the tasks harvest and scaling, which --tasks does not include"
     );
+    let e = plans_of(&["--backend", "gpu", "--conditions", "nominal,terrain-0.1"]).unwrap_err();
+    assert!(e.starts_with("--conditions: terrain-0.1: on a graphics device"), "{e}");
+    assert_eq!(plans_of(&["--lanes", "4"]).unwrap_err(), "--lanes applies to --backend gpu alone");
     let line = ["bench-v1", "--backend", "tpu"];
     let e = <Line as clap::Parser>::try_parse_from(line).err().unwrap().to_string();
     assert!(

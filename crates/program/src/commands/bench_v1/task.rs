@@ -40,6 +40,10 @@ pub trait PresentedTask {
     fn shown(record: &Self::Record) -> RecordProgress;
     /// Prints a complete result and writes its files, except the summary.
     fn report(&self, summary: &Self::Summary, store: &Store) -> Result<(), Failure>;
+    /// Reason for which a run could not go on, if it was neither the user's nor a file's.
+    fn failed(&self) -> Option<String> {
+        None
+    }
     /// Copies the files that stand beside records from the folders of parts into another.
     fn merge_files(&self, records: &[Self::Record], from: &[&Store], into: &Store) -> Result<(), Failure> {
         let _ = (records, from, into);
@@ -58,6 +62,9 @@ impl<R: PresentedTask> AnyTask for R {
         let bar = Bar::new(name, part, self.steps(), R::shown);
         let result = run_task(&task, session, &bar);
         bar.clear();
+        if let Some(why) = self.failed() {
+            return Err(Failure::Failed(why));
+        }
         let result = ended(result)?;
         match &result.summary {
             Some(summary) => end(self, summary, store)?,

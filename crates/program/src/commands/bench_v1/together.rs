@@ -1,0 +1,94 @@
+//! The harvest task on a graphics device: many episodes advance together.
+
+use std::path::Path;
+
+use orchard_bench::store::Store;
+use orchard_gpu::{Choice, Gpu};
+use orchard_lockstep::{Together, TogetherError};
+use orchard_scenario::Scenario;
+use orchard_tasks::harvest::command_log::CommandLogs;
+use orchard_tasks::harvest::episode::EpisodeRecord;
+use orchard_tasks::harvest::plan::Plan;
+use orchard_tasks::harvest::summary::Summary;
+use orchard_tasks::harvest::{Episodes, Extent};
+use orchard_tasks::plan_file::Backend;
+
+use super::bar::RecordProgress;
+use super::harvest::Harvesting;
+use super::plans::Way;
+use super::task::PresentedTask;
+use crate::failure::Failure;
+
+/// Episodes that advance together, unless the command line says otherwise: our own choice.
+const LANES: usize = 512;
+
+/// Conditions of the matrix under a controller, with motion on a graphics device.
+pub struct OnDevice {
+    inner: Harvesting,
+    plan: Plan,
+    together: Together,
+    logs: CommandLogs,
+}
+
+impl OnDevice {
+    /// Plans the conditions and opens the device.
+    pub fn new(scenario: &Scenario, extent: &Extent, out: &Path, way: Way) -> Result<Self, Failure> {
+        if way.record {
+            return Err(Failure::BadInput("--record: episodes on a graphics device are not recorded".into()));
+        }
+        let inner = Harvesting::new(scenario, extent, Backend::Gpu, out, false)?;
+        let (harvest, plan) = (inner.harvest().clone(), inner.plan().clone());
+        let conditions = plan.conditions.iter().map(|condition| harvest.scenario_of(&condition.name));
+        let conditions = conditions.collect::<Result<Vec<_>, _>>()?;
+        let lanes = way.lanes.unwrap_or(LANES).min(plan.episodes().len());
+        let gpu = Gpu::open(Choice::Any).map_err(|e| Failure::Failed(format!("--backend gpu: {e}")))?;
+        say!("harvest on {}: up to {lanes} episodes at once", gpu.info().name);
+        let together = Together::new(&gpu, harvest, &conditions, lanes, way.threads);
+        let together = together.map_err(|e| match e {
+            TogetherError::Lockstep(e) => Failure::BadInput(format!("--backend gpu: {e}")),
+            TogetherError::Threads(e) => Failure::Failed(e.to_string()),
+        })?;
+        Ok(Self { inner, plan, together, logs: CommandLogs::new(out) })
+    }
+}
+
+impl PresentedTask for OnDevice {
+    type Record = EpisodeRecord;
+    type Summary = Summary;
+    type Task<'a> = Episodes<'a, Together, CommandLogs>;
+
+    fn task(&self) -> Self::Task<'_> {
+        Episodes { plan: &self.plan, factory: &self.together, watch: &self.logs }
+    }
+
+    fn steps(&self) -> u64 {
+        self.inner.steps()
+    }
+
+    fn shown(record: &EpisodeRecord) -> RecordProgress {
+        Harvesting::shown(record)
+    }
+
+    fn report(&self, summary: &Summary, store: &Store) -> Result<(), Failure> {
+        self.inner.report(summary, store)?;
+        let tally = self.together.tally();
+        let total = tally.total().max(1) as f64;
+        let places: Vec<String> = tally
+            .frames
+            .iter()
+            .map(|(place, frames)| format!("{place} {:.1} %", 100.0 * *frames as f64 / total))
+            .collect();
+        say!(
+            "motion in f32; frames by the place where they were computed: {}; contacts that the device left out: {}, unsolved: {}",
+            if places.is_empty() { "none".to_owned() } else { places.join(", ") },
+            tally.contacts_lost,
+            tally.contacts_unsolved
+        );
+        Ok(())
+    }
+
+    fn failed(&self) -> Option<String> {
+        let why = self.together.lost()?;
+        Some(format!("the graphics device was lost: {why}; run the same command again to continue"))
+    }
+}
