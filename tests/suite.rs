@@ -14,6 +14,8 @@ mod honesty;
 mod imported;
 #[path = "independence.rs"]
 mod independence;
+#[path = "learning_on_device.rs"]
+mod learning_on_device;
 #[path = "leaves.rs"]
 mod leaves;
 #[path = "loose.rs"]

@@ -7,6 +7,6 @@ mod pull_and_release;
 mod quarantine;
 mod reset;
 #[path = "../../crates/gpu/tests/device/mod.rs"]
-mod testing;
+pub(crate) mod testing;
 #[path = "../../crates/batch/tests/trees/mod.rs"]
 mod trees;

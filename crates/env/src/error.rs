@@ -21,6 +21,9 @@ pub enum EnvError {
     /// The scenario changes the protocol's figures in a way that it does not allow.
     #[error("{0}")]
     Rules(#[from] ConfigError),
+    /// There is no graphics device, it cannot step these worlds, or it was lost.
+    #[error("backend gpu: {0}")]
+    Device(String),
     /// A list that must have one entry an environment has another length.
     #[error("{given} {what} for {envs} environments")]
     Count {

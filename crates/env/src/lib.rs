@@ -30,6 +30,7 @@ mod error;
 mod harvest;
 mod instruction;
 mod interface;
+mod mover;
 mod privileged;
 mod report;
 mod rules;
@@ -47,7 +48,8 @@ pub use rules::{
 };
 pub use settings::{Settings, Task, WORLDS};
 pub use task_env::TaskEnv;
-pub use worlds::{Backend, Env};
+pub use orchard_tasks::plan_file::Backend;
+pub use worlds::Env;
 
 /// Compiles the example of the README.
 #[cfg(doctest)]

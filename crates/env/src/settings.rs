@@ -1,6 +1,7 @@
 //! Settings of a task environment: task, observations and actions, reward.
 
 use orchard_policy::{SettingError, Spaces, Target};
+use orchard_tasks::plan_file::Backend;
 use serde::{Deserialize, Serialize};
 
 /// Largest number of environments of a seed. The next episode of the environment with world `k` has world `k + WORLDS`, and so on; after as many
@@ -32,6 +33,8 @@ pub struct Settings {
     pub sparse: bool,
     /// Observe truth (`privileged`). A policy that reads it cannot be ranked.
     pub privileged: bool,
+    /// Where the worlds move: on the CPU in f64, or on a graphics device in f32.
+    pub backend: Backend,
 }
 
 impl Task {
@@ -73,6 +76,7 @@ impl Settings {
             spaces: Spaces { target: task.target(), ..Spaces::default() },
             sparse: false,
             privileged: false,
+            backend: Backend::Cpu,
         }
     }
 

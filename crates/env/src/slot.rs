@@ -1,7 +1,7 @@
 //! One environment: a world with its episode.
 
 use orchard_geometry::Vec3;
-use orchard_policy::{DepthReading, Encoding, Reading, Values};
+use orchard_policy::{DepthReading, Encoding, Motion, Reading, Values};
 use orchard_robot::{Command, JointValues, Pictures};
 use orchard_scenario::Scenario;
 use orchard_tasks::component::{Gentle, ReachAndGrasp};
@@ -80,6 +80,24 @@ struct Saved {
     world: Vec<u8>,
 }
 
+/// A step under way.
+pub(crate) struct Stepping {
+    /// Frames taken.
+    frames: u32,
+    /// Frame of the last image that the camera delivers in it.
+    last_image: Option<u32>,
+    damage: Damage,
+    ending: Option<Ending>,
+}
+
+impl Stepping {
+    /// Number of the next frame, from 0; none if the step or the episode is over.
+    pub fn next_frame(&self, shared: &Shared) -> Option<u32> {
+        let goes_on = self.ending.is_none() && self.frames < shared.interface.policy.frames;
+        goes_on.then_some(self.frames)
+    }
+}
+
 /// World of an episode: seed and index.
 fn world_of(seed: u64, first: u32, number: u32) -> (u64, u32) {
     let rounds = number / WORLDS;
@@ -155,9 +173,19 @@ impl Slot {
 
     /// Takes an action that [`Self::check`] allows.
     pub fn step(&mut self, action: &[f32], shared: &Shared) {
-        let Some((_, episode)) = &self.running else { return };
-        let motion = shared.encoding.motion(action, &episode.set);
+        let Some(motion) = self.motion(action, shared) else { return };
         self.advance(shared, |frame, _| motion.command(frame));
+        self.keep(&motion);
+    }
+
+    /// The motion of an action; none before the first reset.
+    pub fn motion(&self, action: &[f32], shared: &Shared) -> Option<Motion> {
+        let (_, episode) = self.running.as_ref()?;
+        Some(shared.encoding.motion(action, &episode.set))
+    }
+
+    /// Keeps the end of a motion that was taken as the arm's set points.
+    pub fn keep(&mut self, motion: &Motion) {
         if let Some((_, episode)) = &mut self.running {
             // The last command is there but for rounding.
             episode.set = motion.end();
@@ -166,35 +194,56 @@ impl Slot {
 
     /// Takes the frames of an action, if the episode goes on, with a command for each.
     pub fn advance(&mut self, shared: &Shared, mut command: impl FnMut(u32, &mut World) -> Command) {
-        let Some((world, episode)) = &mut self.running else { return };
-        let frames = shared.interface.policy.frames;
+        let Some(mut stepping) = self.begin_step(shared) else { return };
+        while let Some(frame) = stepping.next_frame(shared) {
+            let Some((world, _)) = &mut self.running else { return };
+            let command = command(frame, world);
+            world.step(&command);
+            self.after_frame(&mut stepping, &command, shared);
+        }
+        self.end_step(&stepping, shared);
+    }
+
+    /// Begins a step of some frames; none before the first reset.
+    pub fn begin_step(&mut self, shared: &Shared) -> Option<Stepping> {
+        let (world, episode) = self.running.as_mut()?;
         // Only the last image of a step is seen.
         let seen = shared.interface.policy.spaces.depth;
+        let frames = shared.interface.policy.frames;
         let last_image = (1..=frames).rev().find(|&k| seen && world.delivers_in(k));
-        let request = shared.encoding.pictures();
         episode.task.begin_step(world);
-        let (mut damage, mut ending) = (Damage::default(), None);
-        for k in 1..=frames {
-            let command = command(k - 1, world);
-            episode.set = command.arm_q;
-            world.step(&command);
-            let events = world.drain_events();
-            damage.take(&events);
-            ending = episode.task.after_frame(world, &events, shared);
-            if last_image == Some(k) {
-                world.observe();
-            }
-            if let Some(request) = request.filter(|request| request.is_due(world.frame())) {
-                episode.pictures = Some(world.take_pictures(request));
-            }
-            if ending.is_none() && episode.stall.stalled(&world.sense()) {
-                ending = Some(Ending::STALLED);
-            }
-            if ending.is_some() {
-                break;
-            }
+        Some(Stepping { frames: 0, last_image, damage: Damage::default(), ending: None })
+    }
+
+    /// The world, to move it.
+    pub fn world_mut(&mut self) -> Option<&mut World> {
+        self.running.as_mut().map(|(world, _)| world)
+    }
+
+    /// Judges a frame of a step after the world has moved under a command.
+    pub fn after_frame(&mut self, stepping: &mut Stepping, command: &Command, shared: &Shared) {
+        let Some((world, episode)) = &mut self.running else { return };
+        episode.set = command.arm_q;
+        stepping.frames += 1;
+        let events = world.drain_events();
+        stepping.damage.take(&events);
+        stepping.ending = episode.task.after_frame(world, &events, shared);
+        if stepping.last_image == Some(stepping.frames) {
+            world.observe();
         }
-        self.report = shared.judge(world, &episode.task, &damage, ending, &self.report.statistics);
+        if let Some(request) = shared.encoding.pictures().filter(|request| request.is_due(world.frame())) {
+            episode.pictures = Some(world.take_pictures(request));
+        }
+        if stepping.ending.is_none() && episode.stall.stalled(&world.sense()) {
+            stepping.ending = Some(Ending::STALLED);
+        }
+    }
+
+    /// Ends a step: its report, and what is observed after it.
+    pub fn end_step(&mut self, stepping: &Stepping, shared: &Shared) {
+        let Some((world, episode)) = &self.running else { return };
+        let (damage, ending) = (&stepping.damage, stepping.ending.clone());
+        self.report = shared.judge(world, &episode.task, damage, ending, &self.report.statistics);
         self.look(shared);
     }
 

@@ -14,6 +14,7 @@ use crate::component::Learnable;
 use crate::driven::{Driven, Via};
 use crate::error::EnvError;
 use crate::interface::Interface;
+use crate::mover::Mover;
 use crate::report::Report;
 use crate::rules::LearningRules;
 use crate::settings::{Settings, Task, WORLDS};
@@ -27,6 +28,7 @@ use crate::{harvest, privileged};
 pub struct TaskEnv {
     shared: Shared,
     slots: Vec<Slot>,
+    mover: Mover,
 }
 
 impl TaskEnv {
@@ -72,9 +74,10 @@ impl TaskEnv {
         };
         let identity = format!("{interface:?} {protocol:?}");
         let identity = orchard_bench::digest::config_hash(&[("env", &identity)]);
+        let mover = Mover::new(scenario, settings.backend, worlds.len())?;
         let slots = worlds.enumerate().map(|(env, world)| Slot::new(env, world)).collect();
         let scenario = scenario.clone();
-        Ok(Self { shared: Shared { scenario, protocol, rules, interface, encoding, identity }, slots })
+        Ok(Self { shared: Shared { scenario, protocol, rules, interface, encoding, identity }, slots, mover })
     }
 
     /// Number of environments.
@@ -110,7 +113,20 @@ impl TaskEnv {
             .filter(|(_, chosen)| **chosen)
             .map(|((slot, seed), _)| slot.reset(*seed, shared))
             .collect();
-        done.into_iter().collect()
+        let entered = self.enter(mask);
+        done.into_iter().collect::<Result<(), _>>().and(entered)
+    }
+
+    /// Lets the worlds of some environments enter their lanes.
+    fn enter(&mut self, mask: &[bool]) -> Result<(), EnvError> {
+        let Self { slots, mover, .. } = self;
+        let chosen = slots.iter().zip(mask).enumerate().filter(|(_, (_, chosen))| **chosen);
+        for (lane, (slot, _)) in chosen {
+            if let Some(world) = slot.truth() {
+                mover.enter(lane, world)?;
+            }
+        }
+        Ok(())
     }
 
     /// Takes one action in every environment that the mask names; `actions` has the numbers of all environments, one after another.
@@ -127,6 +143,9 @@ impl TaskEnv {
         for (slot, (action, _)) in self.slots.iter().zip(each()).filter(chosen) {
             slot.check(action, shared)?;
         }
+        if !self.mover.is_cpu() {
+            return self.step_together(actions, mask);
+        }
         self.slots
             .par_iter_mut()
             .zip(actions.par_chunks_exact(size))
@@ -134,6 +153,49 @@ impl TaskEnv {
             .filter(|(_, chosen)| **chosen)
             .for_each(|((slot, action), _)| slot.step(action, shared));
         Ok(())
+    }
+
+    /// As [`Self::step`], frame by frame, all environments together.
+    fn step_together(&mut self, actions: &[f32], mask: &[bool]) -> Result<(), EnvError> {
+        let Self { shared, slots, mover } = self;
+        let size = shared.interface.policy.action.len();
+        let each = slots.iter_mut().zip(actions.chunks_exact(size)).zip(mask).enumerate();
+        let mut under_way: Vec<_> = each
+            .filter(|(_, (_, chosen))| **chosen)
+            .filter_map(|(lane, ((slot, action), _))| {
+                let motion = slot.motion(action, shared)?;
+                let stepping = slot.begin_step(shared)?;
+                Some((lane, slot, motion, stepping))
+            })
+            .collect();
+        loop {
+            let mut turns = Vec::new();
+            for (lane, slot, motion, stepping) in &mut under_way {
+                if let (Some(frame), Some(world)) = (stepping.next_frame(shared), slot.world_mut()) {
+                    turns.push((*lane, world, motion.command(frame)));
+                }
+            }
+            if turns.is_empty() {
+                break;
+            }
+            mover.step(turns)?;
+            under_way.par_iter_mut().for_each(|(_, slot, motion, stepping)| {
+                if let Some(frame) = stepping.next_frame(shared) {
+                    slot.after_frame(stepping, &motion.command(frame), shared);
+                }
+            });
+        }
+        under_way.par_iter_mut().for_each(|(_, slot, motion, stepping)| {
+            slot.end_step(stepping, shared);
+            slot.keep(motion);
+        });
+        Ok(())
+    }
+
+    /// Counts of frames by the place where they were computed; `None` on the CPU.
+    #[cfg(feature = "gpu")]
+    pub fn tally(&self) -> Option<&orchard_lockstep::Tally> {
+        self.mover.tally()
     }
 
     /// Makes the scenario's controller for the present episode of an environment, with the task's goal if it has one.
@@ -156,7 +218,7 @@ impl TaskEnv {
     }
 
     /// Takes a step of one environment under a controller, which sees what it sees in the benchmark. Observation and report follow as
-    /// after an action.
+    /// after an action. Its frames are computed on the CPU, whatever the backend is.
     ///
     /// # Errors
     /// The environment has no episode, or it has ended.
@@ -171,6 +233,7 @@ impl TaskEnv {
     ) -> Result<Driven, EnvError> {
         let slot = &mut self.slots[env];
         slot.goes_on()?;
+        self.mover.renew(env);
         Ok(slot.drive(controller, via, &self.shared))
     }
 
@@ -206,11 +269,12 @@ impl TaskEnv {
         self.slots[env].world()
     }
 
-    /// The state of every environment as bytes.
+    /// The state of every environment as bytes. On a device the environments go on from it as they do after [`Self::restore`].
     ///
     /// # Errors
     /// An environment without an episode.
-    pub fn snapshot(&self) -> Result<Vec<Vec<u8>>, EnvError> {
+    pub fn snapshot(&mut self) -> Result<Vec<Vec<u8>>, EnvError> {
+        (0..self.slots.len()).for_each(|lane| self.mover.renew(lane));
         self.slots.par_iter().map(|slot| slot.save(&self.shared)).collect()
     }
 
@@ -224,7 +288,7 @@ impl TaskEnv {
         let restored: Vec<Result<Slot, EnvError>> =
             self.slots.par_iter().zip(states).map(|(slot, bytes)| slot.restored(bytes, shared)).collect();
         self.slots = restored.into_iter().collect::<Result<_, _>>()?;
-        Ok(())
+        self.enter(&vec![true; self.slots.len()])
     }
 
     fn counted(&self, what: &'static str, given: usize, each: usize) -> Result<(), EnvError> {

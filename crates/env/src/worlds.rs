@@ -1,43 +1,46 @@
 //! Many worlds of one seed, stepped by commands.
 
 use crate::error::EnvError;
+use crate::mover::Mover;
 use orchard_robot::{Command, Observation};
 use orchard_scenario::Scenario;
+use orchard_tasks::plan_file::Backend;
 use orchard_world::{Snapshot, World, WorldEvent};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Backend that computes the physics.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Backend {
-    /// f64 on the CPU, worlds in parallel on the current rayon pool. The reference.
-    #[default]
-    Cpu,
-}
-
 /// Many worlds of one seed.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Env {
     worlds: Vec<World>,
+    mover: Mover,
 }
 
 impl Env {
-    /// Builds the worlds of a range of indices of one seed of a scenario.
+    /// Builds the worlds of a range of indices of one seed of a scenario. On the CPU they move in f64, in parallel on the current rayon pool; that is the reference.
     ///
     /// # Errors
-    /// A world cannot be built; the lowest index that fails is named.
+    /// A world cannot be built; the lowest index that fails is named. There is no device, or it cannot step these worlds.
     pub fn new(
         scenario: &Scenario,
         seed: u64,
         worlds: Range<u32>,
         backend: Backend,
     ) -> Result<Self, EnvError> {
-        let Backend::Cpu = backend;
+        let mut mover = Mover::new(scenario, backend, worlds.len())?;
         let built: Vec<Result<World, EnvError>> = worlds
             .into_par_iter()
             .map(|world| scenario.world(seed, world, 0).map_err(|source| EnvError::World { world, source }))
             .collect();
-        Ok(Self { worlds: built.into_iter().collect::<Result<_, _>>()? })
+        let worlds: Vec<World> = built.into_iter().collect::<Result<_, _>>()?;
+        worlds.iter().enumerate().try_for_each(|(lane, world)| mover.enter(lane, world))?;
+        Ok(Self { worlds, mover })
+    }
+
+    /// Counts of frames by the place where they were computed; `None` on the CPU.
+    #[cfg(feature = "gpu")]
+    pub fn tally(&self) -> Option<&orchard_lockstep::Tally> {
+        self.mover.tally()
     }
 
     /// The worlds, for truth and scoring.
@@ -57,17 +60,24 @@ impl Env {
             .map(|world| world.resampled().map_err(|source| EnvError::World { world: world.index(), source }))
             .collect();
         let next: Vec<Option<World>> = next.into_iter().collect::<Result<_, _>>()?;
-        for (world, next) in self.worlds.iter_mut().zip(next) {
+        for (lane, (world, next)) in self.worlds.iter_mut().zip(next).enumerate() {
             match next {
-                Some(next) => *world = next,
-                None => world.reset(),
+                Some(next) => {
+                    *world = next;
+                    self.mover.enter(lane, world)?;
+                }
+                None => {
+                    world.reset();
+                    self.mover.renew(lane);
+                }
             }
         }
         Ok(())
     }
 
-    /// A snapshot of every world.
-    pub fn snapshot(&self) -> Vec<Snapshot> {
+    /// A snapshot of every world. On a device the worlds go on from it as they do after [`Self::restore`].
+    pub fn snapshot(&mut self) -> Vec<Snapshot> {
+        (0..self.worlds.len()).for_each(|lane| self.mover.renew(lane));
         self.worlds.par_iter().map(World::snapshot).collect()
     }
 
@@ -91,6 +101,7 @@ impl Env {
             .enumerate()
             .map(|(index, (world, snapshot))| world.restore(snapshot).map_err(at(index)))
             .collect();
+        (0..self.worlds.len()).for_each(|lane| self.mover.renew(lane));
         restored.into_iter().collect()
     }
 
@@ -102,19 +113,14 @@ impl Env {
     /// Advances every world one frame under its command; returns each world's events.
     ///
     /// # Errors
-    /// The number of commands differs from the number of worlds.
+    /// The number of commands differs from the number of worlds, or the device was lost.
     pub fn step(&mut self, commands: &[Command]) -> Result<Vec<Vec<WorldEvent>>, EnvError> {
         if commands.len() != self.worlds.len() {
             return Err(EnvError::CommandCount { given: commands.len(), worlds: self.worlds.len() });
         }
-        Ok(self
-            .worlds
-            .par_iter_mut()
-            .zip(commands)
-            .map(|(world, command)| {
-                world.step(command);
-                world.drain_events()
-            })
-            .collect())
+        let turns = self.worlds.iter_mut().zip(commands).enumerate();
+        let turns = turns.map(|(lane, (world, command))| (lane, world, *command)).collect();
+        self.mover.step(turns)?;
+        Ok(self.worlds.par_iter_mut().map(World::drain_events).collect())
     }
 }

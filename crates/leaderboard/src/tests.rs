@@ -10,6 +10,7 @@ use orchard_bench::gather;
 use orchard_bench::store::Store;
 use orchard_bench::{NoProgress, Session, run_task};
 use orchard_scenario::{Names, Scenario};
+use orchard_tasks::plan_file::Backend;
 use orchard_tasks::fake::progress::CountingProgress;
 use orchard_tasks::fake::{FakeFactory, plan};
 use orchard_tasks::harvest::command_log::{CommandLogs, path_of};
@@ -107,6 +108,8 @@ fn versions_seeds_and_plans_of_others_are_refused() {
     assert_eq!(e, "summary.json: controller fake, but the official matrix has gardener");
     let e = refused(here, &Plan { profile: "full".into(), ..plan() });
     assert_eq!(e, "summary.json: profile quick, but the official matrix has full");
+    let e = refused(here, &Plan { backend: Backend::Gpu, ..plan() });
+    assert_eq!(e, "summary.json: backend cpu, but the official matrix has gpu");
 
     for (from, to, what) in [
         (

@@ -17,6 +17,7 @@ use orchard_tasks::harvest::plan::Plan;
 use orchard_tasks::harvest::replays::Replays;
 use orchard_tasks::harvest::summary::Summary;
 use orchard_tasks::harvest::{Episodes, WorldFactory, census, never_started};
+use orchard_tasks::plan_file::Backend;
 use orchard_tasks::seeds::SeedSetLabel;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -44,6 +45,9 @@ pub struct Head {
     pub profile: String,
     /// Controller that harvested.
     pub controller: String,
+    /// Backend that moved the worlds.
+    #[serde(default)]
+    pub backend: Backend,
     /// The set that the seeds belong to.
     pub seed_set: SeedSetLabel,
     /// Seeds.
@@ -304,6 +308,8 @@ fn check_head(head: &Head, plan: &Plan) -> Result<(), Refusal> {
     for (what, found, own) in [
         ("controller", &head.controller, &plan.scenario.controller),
         ("profile", &head.profile, &plan.profile),
+        // A graphics device moves in f32: nobody could run its episodes again to the bit.
+        ("backend", &head.backend.name().to_owned(), &plan.backend.name().to_owned()),
     ] {
         if found != own {
             return Err(Refusal::Plan { what, found: found.clone(), own: own.clone() });

@@ -10,7 +10,7 @@ use orchard_world::World;
 use crate::tally::Tally;
 
 /// Room of the lanes for trees larger than the samples: by so much of each size, our own choice.
-const MORE_ROOM: f64 = 0.25;
+const MORE_ROOM: f64 = 0.4;
 
 /// Error: worlds cannot advance together on a device.
 #[derive(Debug, thiserror::Error)]
@@ -124,6 +124,14 @@ impl Lockstep {
         let (is_on_device, impulse, faults) = (false, 0.0, [0; 2]);
         self.lanes[lane] = Some(Occupant { tree, fitted, is_on_device, impulse, faults, of_tree, of_robot });
         Ok(())
+    }
+
+    /// True if the tree of the world in a lane is not too large for the device.
+    ///
+    /// # Panics
+    /// There is no such lane.
+    pub fn has_room(&self, lane: usize) -> bool {
+        self.lanes[lane].as_ref().is_none_or(|occupant| occupant.fitted.is_some())
     }
 
     /// Empties a lane.

@@ -43,6 +43,16 @@ pub fn spaces_of(
     Ok(Spaces { pixels, control, control_hz, ..spaces })
 }
 
+#[cfg(feature = "gpu")]
+fn frames_of(env: &TaskEnv) -> Option<std::collections::BTreeMap<String, u64>> {
+    env.tally().map(|tally| tally.frames.clone())
+}
+
+#[cfg(not(feature = "gpu"))]
+fn frames_of(_: &TaskEnv) -> Option<std::collections::BTreeMap<String, u64>> {
+    None
+}
+
 /// The scenario of a file and of options over it.
 pub fn resolved(py: Python<'_>, file: Option<PathBuf>, options: Vec<(String, String)>) -> PyResult<Scenario> {
     let resolve = || {
@@ -56,7 +66,7 @@ pub fn resolved(py: Python<'_>, file: Option<PathBuf>, options: Vec<(String, Str
 
 #[pymethods]
 impl Core {
-    /// Makes environments: `options` are those of a scenario on the command line, `pixels` height, width and rate of pictures, `worlds` the first index and the number of worlds, `threads` 0 for
+    /// Makes environments: `options` are those of a scenario on the command line, `pixels` height, width and rate of pictures, `backend` cpu or gpu, `worlds` the first index and the number of worlds, `threads` 0 for
     /// one a core; with `copy` each observation has arrays of its own.
     #[new]
     #[expect(clippy::too_many_arguments, reason = "the keyword arguments of Python")]
@@ -71,6 +81,7 @@ impl Core {
         control_hz: u32,
         reward: &str,
         privileged: bool,
+        backend: &str,
         worlds: (u32, u32),
         threads: usize,
         copy: bool,
@@ -78,7 +89,10 @@ impl Core {
         let settings = || -> Result<Settings, EnvError> {
             let settings = Settings::of(Task::named(task)?).rewarding(reward)?;
             let spaces = spaces_of(&obs, pixels, control, control_hz)?;
-            Ok(Settings { spaces, privileged, ..settings })
+            let backend = backend.parse().map_err(|problem| {
+                SettingError { option: "backend", value: backend.to_owned(), problem }
+            })?;
+            Ok(Settings { spaces, privileged, backend, ..settings })
         };
         let settings = settings().map_err(exception)?;
         let scenario = resolved(py, scenario, options)?;
@@ -166,6 +180,11 @@ impl Core {
     /// Reward, ends and info of the only environment, as plain values.
     fn report<'py>(&self, py: Python<'py>) -> PyResult<(f64, bool, bool, Bound<'py, PyDict>)> {
         arrays::report(py, &self.env)
+    }
+
+    /// Numbers of frames by the place where they were computed; none on the CPU.
+    fn frames(&self) -> Option<std::collections::BTreeMap<String, u64>> {
+        frames_of(&self.env)
     }
 
     fn snapshot<'py>(&mut self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyBytes>>> {

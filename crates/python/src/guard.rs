@@ -32,12 +32,12 @@ pub fn setting(error: SettingError) -> PyErr {
     exception(error.into())
 }
 
-/// The exception of an error: `ResetNeeded` where a reset is missing, `RuntimeError` where a world cannot be built, else `ValueError`.
+/// The exception of an error: `ResetNeeded` where a reset is missing, `RuntimeError` where a world cannot be built or a graphics device cannot be used, else `ValueError`.
 pub fn exception(error: EnvError) -> PyErr {
     let text = error.to_string();
     match error {
         EnvError::NotStarted { .. } | EnvError::Ended { .. } => ResetNeeded::new_err(text),
-        EnvError::World { .. } | EnvError::NoTarget { .. } => PyRuntimeError::new_err(text),
+        EnvError::World { .. } | EnvError::NoTarget { .. } | EnvError::Device(_) => PyRuntimeError::new_err(text),
         _ => PyValueError::new_err(text),
     }
 }

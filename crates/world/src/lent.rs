@@ -6,12 +6,15 @@
 use crate::World;
 use crate::event::Status;
 use orchard_fruit::Phase;
+use orchard_geometry::transform;
 use orchard_multibody::{ContactReport, Data, Groups, Model, Owner, forward_kinematics};
 use orchard_robot::{Command, RobotHandle, SetPoints};
 use orchard_treephys::wind::Weather;
 
-/// The largest speed of the robot at a frame's start is taken this many times for its end: an arm at rest is not, our own choice.
-const FASTER: f64 = 2.0;
+/// Largest way of a point of the robot in a frame: this many times what its speed at the frame's start makes, and a way that it accelerates over \[m\]. Our own choice: an arm that
+/// accelerates by 10 rad/s2 at a reach of 0.85 m comes 1.2 mm farther in a sixtieth of a second.
+const FASTER: f64 = 1.2;
+const SLACK: f64 = 0.002;
 
 /// Reason for which a frame is computed here.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -91,20 +94,29 @@ impl World {
     /// True if the robot may touch something but tree and fruit within a frame.
     fn is_near(&mut self) -> bool {
         let (spec, parts, state) = (&*self.spec, &*self.parts, &mut self.state);
+        let (data, base) = (&state.data, parts.handle.base);
+        let is_alone = parts.struts.is_empty();
         let mut fastest = 0.0_f64;
         for &c in &parts.robot_colliders {
             let Owner::Body(body) = parts.model.colliders()[c].owner else { continue };
             let (centre, radius) = &parts.bounds[c];
-            let twist = state.data.velocity(body);
-            let turning = twist.angular.norm() * (centre.norm() + radius);
-            fastest = fastest.max(twist.linear.norm() + turning);
+            let p_world = transform(data.x_world_body(body), centre);
+            let mut v_world = data.point_velocity_world(body, &p_world);
+            let mut w_world = data.velocity(body).angular;
+            if is_alone {
+                // The base carries all of the robot along, and drives over level ground.
+                v_world -= data.point_velocity_world(base, &p_world);
+                w_world -= data.velocity(base).angular;
+            }
+            fastest = fastest.max(v_world.norm() + w_world.norm() * radius);
         }
-        let margin = parts.settings.contact_margin + 2.0 * FASTER * fastest * spec.sim.frame();
-        let mut groups = state.data.groups.clone();
+        // Two links may approach each other.
+        let margin = parts.settings.contact_margin + 2.0 * (FASTER * fastest * spec.sim.frame() + SLACK);
+        let mut groups = data.groups.clone();
         for id in parts.tree.colliders.iter().chain(&parts.fruit.colliders) {
             groups[id.index()] = Groups::NONE;
         }
-        state.vicinity.any(&parts.model, &state.data, &groups, margin)
+        state.vicinity.any(&parts.model, data, &groups, margin)
     }
 
     /// Begins a frame elsewhere under a command.

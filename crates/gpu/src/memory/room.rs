@@ -11,7 +11,7 @@ use super::{Memory, topologies};
 use crate::BatchError;
 use crate::laws::Laws;
 use crate::layout::{LANES, QUAD, fruit, link, tile, touch, world};
-use crate::schedule::{MOST_FRUIT_ROWS, PARTS, Schedule};
+use crate::schedule::{MOST_FRUIT_ROWS, PARTS, Schedule, WARPS};
 
 /// Sizes of trees that fit into the same place of a batch: the rows of each part of a schedule, what its passes hand on, and the longest way from a tip to the root.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -48,6 +48,10 @@ impl Room {
         for (sample, schedule) in samples.iter().zip(&schedules) {
             let own = Self::of(schedule, &sample.plant().tree.parent);
             room.each(&own, |most, size| *most = size.max(*most));
+        }
+        // The warps of a level have about the same work, and any of them may have the most.
+        for level in room.parts[1..].chunks_mut(WARPS) {
+            level.fill(level.iter().copied().max().unwrap_or(0));
         }
         // Fields of an operation hold no larger numbers.
         let fields = Self {

@@ -1,6 +1,8 @@
 //! `orchard perf`: speed on this machine, as a file of rows.
 
 pub mod env;
+#[cfg(feature = "gpu")]
+mod env_gpu;
 
 use std::path::PathBuf;
 
@@ -10,7 +12,8 @@ use crate::rows::{Effort, Suite, run_suite};
 /// Measures the speed of the learning environments on this machine and writes the rows to a file.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Suites:\n  env      control steps of Harvest-v1 per second of one core, and memory of a world\n\n\
+    after_help = "Suites:\n  env      control steps of Harvest-v1 per second of one core, and memory of a world\n  \
+                  env-gpu  control steps of Reach-v1 per second with worlds on a graphics device\n\n\
                   Rows of env (actions of 0.1 s drawn from their whole range; medians of rounds of processor time):\n  \
                   env.state          from state, camera off\n  \
                   env.depth          with a depth image in every step (camera paper at 10 Hz)\n  \
@@ -21,7 +24,7 @@ use crate::rows::{Effort, Suite, run_suite};
                   Example:\n  orchard perf env --json env.json"
 )]
 pub struct Args {
-    /// Suite to measure: env
+    /// Suite to measure: env or env-gpu
     suite: String,
     /// JSON file for the rows
     #[arg(long, value_name = "FILE")]
@@ -38,7 +41,18 @@ pub const ENV: Suite = Suite {
     measure: env::measure,
 };
 
+/// Suites of the command.
+const SUITES: &[Suite] = &[
+    ENV,
+    #[cfg(feature = "gpu")]
+    Suite {
+        name: "env-gpu",
+        about: "control steps of the learning environments per second with worlds on a graphics device",
+        measure: env_gpu::measure,
+    },
+];
+
 pub fn run(args: &Args) -> Result<(), Failure> {
     let effort = if args.quick { Effort::Quick } else { Effort::Full };
-    run_suite("perf", &[ENV], &args.suite, &args.json, effort)
+    run_suite("perf", SUITES, &args.suite, &args.json, effort)
 }

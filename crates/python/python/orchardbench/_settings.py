@@ -46,6 +46,8 @@ class Settings(TypedDict, total=False):
     """``shaped`` (default) or ``sparse``."""
     privileged: bool
     """Observe truth, under the key ``privileged``: for critics and teachers. A policy that reads it cannot be ranked. Default: False."""
+    backend: str
+    """Where the worlds move: ``cpu`` (default, in float64) or ``gpu`` (any graphics device, in float32; preset ``paper``)."""
     world: int
     """Index of the first environment's world under its seed. Default: 0."""
 
@@ -78,6 +80,7 @@ def make_core(task: str, num_envs: int, threads: int, copy: bool, settings: Sett
         control_hz,
         text("reward", settings.get("reward", "shaped")),
         bool(settings.get("privileged", False)),
+        text("backend", settings.get("backend", "cpu")),
         (whole("world", settings.get("world", 0), 2**32), whole("num_envs", num_envs, 2**32)),
         whole("threads", threads, 2**16),
         bool(copy),

@@ -52,6 +52,11 @@ class OrchardVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any]
         # Environments that the next step resets, if any: those that ended in the mode NextStep.
         self._resets: Mask | None = None
 
+    @property
+    def frames_by_place(self) -> dict[str, int] | None:
+        """Frames so far by the place where they were computed: ``device``, or the reason for which it was the CPU. None with ``backend="cpu"``."""
+        return self._open().frames()
+
     def _open(self) -> Core:
         if self._core is None:
             raise ClosedEnvironmentError("the environments are closed")
