@@ -433,15 +433,6 @@ impl GpuBatch {
         operations.iter_mut().zip(marks).for_each(|(words, mark)| words[3] |= mark);
     }
 
-    /// Reads the motion of all links and fruit.
-    pub(crate) fn fetch_motion(&mut self) -> Result<(), GpuError> {
-        let (links, fruit) = (0..self.memory.links.len(), 0..self.memory.fruit.len());
-        self.gpu.fetch(&mut [
-            (&self.buffers.links, &mut self.memory.links, vec![links]),
-            (&self.buffers.fruit, &mut self.memory.fruit, vec![fruit]),
-        ])
-    }
-
     /// Changes the memory of the blocks of some worlds: reads them, and sends them back after the change.
     pub(crate) fn change(
         &mut self,
@@ -476,6 +467,13 @@ impl GpuBatch {
         queue.write_buffer(&buffers.tiles, 0, bytemuck::cast_slice(&memory.tiles));
         queue.write_buffer(&buffers.worlds, 0, bytemuck::cast_slice(&memory.worlds));
         Ok(())
+    }
+
+    /// Sends the flags of a world that goes on.
+    pub(crate) fn send_flags(&self, index: usize) {
+        for (at, bits) in self.memory.flags_of(index) {
+            self.gpu.queue.write_buffer(&self.buffers.worlds, 4 * at as u64, &bits.to_ne_bytes());
+        }
     }
 
     /// Stops a world as of a frame: it stands still from then on.

@@ -9,6 +9,7 @@ use crate::layout::LANES;
 use crate::pipelines::Pipelines;
 use crate::robots::pipelines::RobotPipelines;
 use crate::schedule::WARPS;
+use crate::worlds::QuadPipelines;
 use crate::worlds::pipelines::WorldPipelines;
 
 /// Number of storage buffers that the kernels bind.
@@ -114,6 +115,7 @@ pub struct Gpu {
     pipelines: Arc<OnceLock<Arc<Pipelines>>>,
     robot_pipelines: Arc<OnceLock<RobotPipelines>>,
     world_pipelines: Arc<OnceLock<WorldPipelines>>,
+    quad_pipelines: Arc<OnceLock<QuadPipelines>>,
 }
 
 impl Gpu {
@@ -187,6 +189,7 @@ impl Gpu {
             pipelines: Arc::default(),
             robot_pipelines: Arc::default(),
             world_pipelines: Arc::default(),
+            quad_pipelines: Arc::default(),
         })
     }
 
@@ -203,6 +206,11 @@ impl Gpu {
     /// Compiled kernels of whole worlds, shared by all batches of the device.
     pub(crate) fn world_pipelines(&self) -> &WorldPipelines {
         self.world_pipelines.get_or_init(|| WorldPipelines::new(&self.device))
+    }
+
+    /// Compiled kernels that move quads.
+    pub(crate) fn quad_pipelines(&self) -> &QuadPipelines {
+        self.quad_pipelines.get_or_init(|| QuadPipelines::new(&self.device))
     }
 
     /// Name and limits of the adapter.

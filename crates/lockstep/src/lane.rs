@@ -54,6 +54,8 @@ pub(crate) struct Occupant {
     pub fitted: Option<Arc<Fitted>>,
     /// True while the device has its present state.
     pub is_on_device: bool,
+    /// True once the tree stands in the lane.
+    pub is_planted: bool,
     /// Impulse of the robot on wood since the world came to the device [N s].
     pub impulse: f64,
     /// Contacts lost, and solves that did not converge, since then.
@@ -121,8 +123,16 @@ impl Lockstep {
             parts.into_iter().chain(&colliders.fingers).flatten().copied().collect();
         of_robot.sort_unstable();
         let of_tree = world.tree().colliders.iter().chain(&world.fruit().colliders).copied().collect();
-        let (is_on_device, impulse, faults) = (false, 0.0, [0; 2]);
-        self.lanes[lane] = Some(Occupant { tree, fitted, is_on_device, impulse, faults, of_tree, of_robot });
+        self.lanes[lane] = Some(Occupant {
+            tree,
+            fitted,
+            is_on_device: false,
+            is_planted: false,
+            impulse: 0.0,
+            faults: [0; 2],
+            of_tree,
+            of_robot,
+        });
         Ok(())
     }
 

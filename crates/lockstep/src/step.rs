@@ -103,6 +103,7 @@ impl Lockstep {
             .filter_map(|((turn, tree), (fitted, x_world_odom))| {
                 Some(Tenant {
                     lane: turn.lane,
+                    is_back: occupant(lanes, turn.lane).is_planted,
                     tree,
                     fitted: fitted.as_deref()?,
                     x_world_odom,
@@ -116,7 +117,7 @@ impl Lockstep {
         self.batch.plant(&tenants)?;
         for turn in coming {
             if let Some(occupant) = &mut self.lanes[turn.lane] {
-                occupant.is_on_device = true;
+                (occupant.is_on_device, occupant.is_planted) = (true, true);
                 (occupant.impulse, occupant.faults) = (0.0, [0; 2]);
             }
         }

@@ -55,27 +55,6 @@ impl Memory {
         (broke.collect(), off.collect())
     }
 
-    /// Writes the motion of a world's links, and of the fruit that hang in it, into the f64 state of its model.
-    pub fn store_motion(&self, index: usize, plant: &Plant, data: &mut Data) {
-        let Place { tile, lane, rows, fruit_rows, .. } = &self.places[index];
-        for (&id, &row) in plant.tree.bodies.iter().zip(rows.iter()) {
-            let (dof, q) = (plant.model.dofs(id).start, plant.model.qs(id).start);
-            for k in 0..2 {
-                data.q[q + k] = f64::from(self.links[self.link_at(*tile, row, link::Q + k, *lane)]);
-                data.v[dof + k] = f64::from(self.links[self.link_at(*tile, row, link::V + k, *lane)]);
-            }
-        }
-        for (id, &row) in plant.fruit.points.iter().zip(fruit_rows.iter()) {
-            let at = id.index();
-            if data.tethered[at] {
-                let number =
-                    |field: usize| f64::from(self.fruit[self.fruit_at(*tile, row, field, *lane)]);
-                data.point_p_world[at] = Vec3::from_fn(|k, _| number(fruit::P + k));
-                data.point_v_world[at] = Vec3::from_fn(|k, _| number(fruit::V + k));
-            }
-        }
-    }
-
     /// Writes a world's state into the f64 state of its model.
     pub fn store(&self, index: usize, plant: &Plant, data: &mut Data) {
         let Place { tile, lane, rows, fruit_rows, .. } = &self.places[index];

@@ -7,10 +7,10 @@ use std::sync::Arc;
 use orchard_batch::TreeWorld;
 
 use super::block::rows_of;
-use super::{Memory, topologies};
+use super::{Memory, Place, fruit_rows, topologies};
 use crate::BatchError;
 use crate::laws::Laws;
-use crate::layout::{LANES, QUAD, fruit, link, tile, touch, world};
+use crate::layout::{LANES, QUAD, fruit, link, notice, tile, touch, world};
 use crate::schedule::{MOST_FRUIT_ROWS, PARTS, Schedule, WARPS};
 
 /// Sizes of trees that fit into the same place of a batch: the rows of each part of a schedule, what its passes hand on, and the longest way from a tip to the root.
@@ -107,9 +107,19 @@ impl Room {
         self.depth
     }
 
+    /// Largest number of links.
+    pub(crate) fn links(&self) -> usize {
+        self.parts.iter().sum()
+    }
+
+    /// Largest number of fruit.
+    pub(crate) fn fruit(&self) -> usize {
+        self.fruit
+    }
+
     /// Largest number of links and fruit together.
     pub(crate) fn colliders(&self) -> usize {
-        self.parts.iter().sum::<usize>() + self.fruit
+        self.links() + self.fruit
     }
 }
 
@@ -188,6 +198,57 @@ impl Memory {
             first..first + self.blocks[block].rows.len() * self.laws.touch_fields() * LANES
         });
         touches.collect()
+    }
+
+    /// Sets the state of a world of which the tree stands here, as in [`Self::plant`], in the host's copy. Its constants stay. Returns the quads of links and fruit that it changed.
+    pub fn resume(&mut self, index: usize, given: &TreeWorld) -> [Vec<(u32, [f32; QUAD])>; 2] {
+        let (plant, data) = (given.plant().clone(), given.data());
+        let place = self.places[index].clone();
+        let (number, lane) = (place.tile, place.lane);
+        let mut links = Vec::with_capacity(place.rows.len());
+        for (&id, &row) in plant.tree.bodies.iter().zip(place.rows.iter()) {
+            let (dof, q) = (plant.model.dofs(id).start, plant.model.qs(id).start);
+            let motion = [data.q[q], data.q[q + 1], data.v[dof], data.v[dof + 1]].map(|x| x as f32);
+            links.push((self.motion_quad(number, row, lane), motion));
+        }
+        let mut fruit = Vec::new();
+        for (i, &row) in place.fruit_rows.iter().enumerate() {
+            let first = self.fruit_at(number, row, 0, lane) / QUAD;
+            let mut quads = [[0.0_f32; QUAD]; fruit::FIELDS / QUAD];
+            for (field, value) in fruit_rows::numbers(&plant, data, i) {
+                quads[field / QUAD][field % QUAD] = value as f32;
+            }
+            fruit.extend((first..).step_by(LANES).map(|at| at as u32).zip(quads));
+        }
+        for (field, count) in [(world::STOPPED, 0), (world::NOTICE, notice::STALE)] {
+            let at = self.world_at(number, field, lane);
+            self.worlds[at] = f32::from_bits(count as u32);
+        }
+        [links, fruit]
+    }
+
+    /// Quad of angles and rates of a link.
+    fn motion_quad(&self, number: usize, row: usize, lane: usize) -> u32 {
+        (self.link_at(number, row, link::Q, lane) / QUAD) as u32
+    }
+
+    /// Quads of the angles and rates of a world's links, and of place and velocity of its fruit, two by two.
+    pub fn motion_quads(&self, index: usize) -> [Vec<u32>; 2] {
+        let Place { tile: number, lane, rows, fruit_rows, .. } = &self.places[index];
+        let links = rows.iter().map(|&row| self.motion_quad(*number, row, *lane));
+        let of_fruit = |row: usize| {
+            [fruit::P, fruit::V].map(|field| (self.fruit_at(*number, row, field, *lane) / QUAD) as u32)
+        };
+        [links.collect(), fruit_rows.iter().flat_map(|&row| of_fruit(row)).collect()]
+    }
+
+    /// Fields of a world that [`Self::resume`] sets: their places in the worlds' buffer, with their bits.
+    pub fn flags_of(&self, index: usize) -> [(usize, u32); 2] {
+        let place = &self.places[index];
+        [world::STOPPED, world::NOTICE].map(|field| {
+            let at = self.world_at(place.tile, field, place.lane);
+            (at, self.worlds[at].to_bits())
+        })
     }
 
     /// Stops a world as of a frame; returns the place of the number in the worlds' buffer.

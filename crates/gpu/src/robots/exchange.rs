@@ -5,7 +5,7 @@ use orchard_robot::{BaseJoint, JointValues, RobotHandle, SetPoints};
 
 use super::{RobotBatch, place};
 use crate::device::GpuError;
-use crate::layout::{LANES, robot};
+use crate::layout::{QUAD, robot};
 
 impl RobotBatch {
     /// Reads the states of all robots.
@@ -44,7 +44,7 @@ impl RobotBatch {
         }
     }
 
-    /// Sets the state of a robot on the host, out of quarantine; [`Self::send_states`] sends it.
+    /// Sets the state of a robot on the host, out of quarantine; the quads of [`Self::state_quads`] are to be sent.
     pub(crate) fn load(
         &mut self,
         world: usize,
@@ -78,14 +78,11 @@ impl RobotBatch {
         }
     }
 
-    /// Sends the states of the blocks of some worlds, which must be those of the device but for what was set.
-    pub(crate) fn send_states(&self, worlds: &[usize]) {
-        let mut blocks: Vec<usize> = worlds.iter().map(|world| world / LANES).collect();
-        blocks.dedup();
-        let each = robot::FIELDS * LANES;
-        for block in blocks {
-            let numbers = bytemuck::cast_slice(&self.states[block * each..(block + 1) * each]);
-            self.gpu.queue.write_buffer(&self.buffers.robots, 4 * (block * each) as u64, numbers);
-        }
+    /// The quads of a robot's state on the host.
+    pub(crate) fn state_quads(&self, world: usize) -> impl Iterator<Item = (u32, [f32; QUAD])> {
+        (0..robot::FIELDS).step_by(QUAD).map(move |field| {
+            let at = place(world, field, robot::FIELDS);
+            ((at / QUAD) as u32, std::array::from_fn(|k| self.states[at + k]))
+        })
     }
 }

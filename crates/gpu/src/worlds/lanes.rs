@@ -3,11 +3,12 @@
 use std::sync::Arc;
 
 use orchard_batch::TreeWorld;
-use orchard_geometry::Pose;
+use orchard_geometry::{Pose, Vec3};
 use orchard_multibody::{Data, Model};
 use orchard_robot::{RobotHandle, RobotModel, SetPoints};
 
 use super::meeting::Meeting;
+use super::quads::{Gathered, NOWHERE, scatter};
 use super::{WorldBatch, check};
 use crate::BatchError;
 use crate::device::{Gpu, GpuError};
@@ -28,6 +29,8 @@ pub struct Fitted(pub(super) Arc<Schedule>);
 pub struct Tenant<'a> {
     /// The lane.
     pub lane: usize,
+    /// True if its tree stands in the lane already, and only its state has changed.
+    pub is_back: bool,
     /// Tree and fruit in their present state.
     pub tree: &'a TreeWorld,
     /// The order of its links.
@@ -44,9 +47,13 @@ pub struct Tenant<'a> {
     pub set_points: &'a SetPoints,
 }
 
-/// What was read from the device after the latest frame.
-#[derive(Debug, Default)]
+/// What is read from the device after every frame.
+#[derive(Debug)]
 pub(super) struct Read {
+    /// Angles and rates of the links, by lane.
+    links: Gathered,
+    /// Places and velocities of the fruit, two quads each, by lane.
+    fruit: Gathered,
     /// Beginnings of the records of contacts, one a lane.
     records: Vec<f32>,
     /// Servos and losses of the robots' joints, by block.
@@ -71,7 +78,11 @@ impl WorldBatch {
     ) -> Result<Self, GpuError> {
         let trees = vec![sample.clone(); lanes];
         let starts = vec![Pose::identity(); lanes];
+        let [links, fruit] = [room.links(), 2 * room.fruit()].map(|each| lanes * each);
         let mut batch = Self::in_room(gpu, &trees, robot, &starts, room)?;
+        let links = Gathered::new(gpu, &batch.trees.buffers.links, links);
+        let fruit = Gathered::new(gpu, &batch.trees.buffers.fruit, fruit);
+        batch.read = Some(Read { links, fruit, records: Vec::new(), drives: Vec::new() });
         batch.judges = false;
         (0..lanes).for_each(|lane| batch.retire(lane));
         Ok(batch)
@@ -97,30 +108,54 @@ impl WorldBatch {
     /// # Errors
     /// The device was lost.
     pub fn plant(&mut self, tenants: &[Tenant<'_>]) -> Result<(), GpuError> {
-        let lanes: Vec<usize> = tenants.iter().map(|tenant| tenant.lane).collect();
-        if lanes.is_empty() {
-            return Ok(());
-        }
-        self.trees.change(&lanes, |memory| {
-            for tenant in tenants {
-                memory.plant(tenant.lane, tenant.tree, &tenant.fitted.0);
+        let (back, new): (Vec<Tenant<'_>>, Vec<_>) = tenants.iter().partition(|tenant| tenant.is_back);
+        if !new.is_empty() {
+            let lanes: Vec<usize> = new.iter().map(|tenant| tenant.lane).collect();
+            self.trees.change(&lanes, |memory| {
+                for tenant in &new {
+                    memory.plant(tenant.lane, tenant.tree, &tenant.fitted.0);
+                }
+            })?;
+            for tenant in &new {
+                self.set_places(tenant);
             }
-        })?;
-        self.robots.fetch_all()?;
-        let queue = &self.gpu.queue;
+        }
+        let (mut links, mut fruit) = (Vec::new(), Vec::new());
+        for tenant in &back {
+            let [of_links, of_fruit] = self.trees.memory.resume(tenant.lane, tenant.tree);
+            links.extend(of_links);
+            fruit.extend(of_fruit);
+            self.trees.send_flags(tenant.lane);
+        }
+        let mut robots = Vec::new();
         let zeros = [0.0_f32; meeting::FIELDS];
         for tenant in tenants {
-            let Tenant { lane, tree, x_world_odom, model, handle, data, set_points, .. } = *tenant;
-            self.trees.plants[lane] = tree.plant().clone();
+            let Tenant { lane, model, handle, data, set_points, .. } = *tenant;
             self.robots.load(lane, model, handle, data, set_points);
-            let (at, count) = self.table.plant(&self.trees.memory, lane, tree.plant(), x_world_odom);
-            let words = &self.table.words[at..at + count];
-            queue.write_buffer(&self.buffers.tables, 4 * at as u64, bytemuck::cast_slice(words));
+            robots.extend(self.robots.state_quads(lane));
             let record = 4 * (self.table.records + lane * self.table.record) as u64;
-            queue.write_buffer(&self.buffers.meetings, record, bytemuck::cast_slice(&zeros));
+            self.gpu.queue.write_buffer(&self.buffers.meetings, record, bytemuck::cast_slice(&zeros));
         }
-        self.robots.send_states(&lanes);
+        scatter(&self.gpu, &self.trees.buffers.links, &links);
+        scatter(&self.gpu, &self.trees.buffers.fruit, &fruit);
+        scatter(&self.gpu, &self.robots.buffers.robots, &robots);
         Ok(())
+    }
+
+    /// Tells the device where the new tree of a lane is, and what of it is read.
+    fn set_places(&mut self, tenant: &Tenant<'_>) {
+        let Tenant { lane, tree, x_world_odom, .. } = *tenant;
+        self.trees.plants[lane] = tree.plant().clone();
+        let (at, count) = self.table.plant(&self.trees.memory, lane, tree.plant(), x_world_odom);
+        let words = bytemuck::cast_slice(&self.table.words[at..at + count]);
+        self.gpu.queue.write_buffer(&self.buffers.tables, 4 * at as u64, words);
+        let Some(read) = &self.read else { return };
+        let [links, fruit] = self.trees.memory.motion_quads(lane);
+        let sizes = [self.room.links(), 2 * self.room.fruit()];
+        for ((gathered, mut places), each) in [(&read.links, links), (&read.fruit, fruit)].into_iter().zip(sizes) {
+            places.resize(each, NOWHERE);
+            gathered.set_places(&self.gpu, lane * each, &places);
+        }
     }
 
     /// Empties a lane.
@@ -133,31 +168,54 @@ impl WorldBatch {
     /// # Errors
     /// The device was lost.
     pub fn fetch(&mut self) -> Result<(), GpuError> {
-        self.trees.fetch_motion()?;
+        let Some(read) = &mut self.read else { return Ok(()) };
+        read.links.submit(&self.gpu);
+        read.fruit.submit(&self.gpu);
+        // It waits for all.
         self.robots.fetch_all()?;
-        let records = (0..self.len()).map(|lane| {
+        read.links.take()?;
+        read.fruit.take()?;
+        let lanes = self.trees.len();
+        let records = (0..lanes).map(|lane| {
             let first = self.table.records + lane * self.table.record;
             (&self.buffers.meetings, first..first + Meeting::NUMBERS)
         });
-        self.read.records = self.gpu.read(&records.collect::<Vec<_>>())?;
+        read.records = self.gpu.read(&records.collect::<Vec<_>>())?;
         let each = system::FIELDS * LANES;
-        let drives = (0..self.len().div_ceil(LANES)).map(|block| {
+        let drives = (0..lanes.div_ceil(LANES)).map(|block| {
             let first = block * each;
             (&self.buffers.meetings, first + DRIVES.start * LANES..first + DRIVES.end * LANES)
         });
-        self.read.drives = self.gpu.read(&drives.collect::<Vec<_>>())?;
+        read.drives = self.gpu.read(&drives.collect::<Vec<_>>())?;
         Ok(())
     }
 
     /// Writes the motion that [`Self::fetch`] read, of the wood, of the fruit that hang in `data` and of the robot, with the efforts of its servos, into the state of the model from which a lane's world came. Returns the set points of its servos.
     pub fn store(&self, lane: usize, model: &Model, handle: &RobotHandle, data: &mut Data) -> SetPoints {
-        self.trees.memory.store_motion(lane, &self.trees.plants[lane], data);
         self.robots.store_fetched(lane, model, handle, data);
+        let Some(read) = &self.read else { return self.robots.set_points(lane, handle) };
+        let plant = &self.trees.plants[lane];
+        let links = &read.links.quads[lane * self.room.links()..];
+        for (&id, motion) in plant.tree.bodies.iter().zip(links) {
+            let (dof, q) = (model.dofs(id).start, model.qs(id).start);
+            for k in 0..2 {
+                data.q[q + k] = f64::from(motion[k]);
+                data.v[dof + k] = f64::from(motion[2 + k]);
+            }
+        }
+        let fruit = read.fruit.quads[lane * 2 * self.room.fruit()..].chunks_exact(2);
+        for (id, motion) in plant.fruit.points.iter().zip(fruit) {
+            let at = id.index();
+            if data.tethered[at] {
+                data.point_p_world[at] = Vec3::from_fn(|k, _| f64::from(motion[0][k]));
+                data.point_v_world[at] = Vec3::from_fn(|k, _| f64::from(motion[1][k]));
+            }
+        }
         let own = &self.robots.alone.model;
         let number = |dof: usize, field: usize| {
             let at = (field - DRIVES.start) + 4 * dof;
             let block = lane / LANES * DRIVES.len() * LANES;
-            move |k: usize| f64::from(self.read.drives[block + quad_at(at + k, lane % LANES)])
+            move |k: usize| f64::from(read.drives[block + quad_at(at + k, lane % LANES)])
         };
         for (id, &body) in own.body_ids().zip(&handle.bodies) {
             for (dof, to) in own.dofs(id).zip(model.dofs(body)) {
@@ -173,7 +231,8 @@ impl WorldBatch {
 
     /// Contacts of a lane's world that [`Self::fetch`] read. Counts and loads are those since the world came.
     pub fn contacts(&self, lane: usize) -> Meeting {
-        let numbers = &self.read.records[lane * Meeting::NUMBERS..(lane + 1) * Meeting::NUMBERS];
+        let Some(read) = &self.read else { return Meeting::default() };
+        let numbers = &read.records[lane * Meeting::NUMBERS..(lane + 1) * Meeting::NUMBERS];
         Meeting::of(numbers, self.trees.memory.rules.h)
     }
 }

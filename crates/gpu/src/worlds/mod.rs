@@ -4,6 +4,7 @@ mod buffers;
 mod lanes;
 mod meeting;
 pub(crate) mod pipelines;
+mod quads;
 mod table;
 
 use orchard_batch::{BatchEvent, Plant, Status, TreeWorld};
@@ -23,6 +24,7 @@ use crate::robots::table::{Table, refused};
 use crate::rules::Rules;
 use buffers::WorldBuffers;
 use lanes::Read;
+pub(crate) use quads::QuadPipelines;
 pub use lanes::{Fitted, Tenant};
 pub use meeting::{ContactPoint, Meeting};
 use pipelines::WorldPass;
@@ -46,7 +48,8 @@ pub struct WorldBatch {
     room: Room,
     /// True if wood breaks and fruit come off on the device.
     judges: bool,
-    read: Read,
+    /// What the caller reads in every frame, in a batch of lanes.
+    read: Option<Read>,
 }
 
 impl WorldBatch {
@@ -94,7 +97,7 @@ impl WorldBatch {
         let table = WorldTable::new(&batch.memory, &plants, robot, alone, &links, x_world_odom, &room)?;
         let buffers = WorldBuffers::new(gpu, &table, &batch, &robots)?;
         let (gpu, trees) = (gpu.clone(), batch);
-        Ok(Self { gpu, trees, robots, buffers, table, room, judges: true, read: Read::default() })
+        Ok(Self { gpu, trees, robots, buffers, table, room, judges: true, read: None })
     }
 
     /// Number of worlds.
