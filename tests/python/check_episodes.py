@@ -1,5 +1,8 @@
 """Worlds, seeds, resets, ends, snapshots, rewards and buffers."""
 
+import os
+import sys
+
 import numpy as np
 from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode
@@ -219,3 +222,22 @@ def test_views_stay_as_they_are_for_one_step_and_buffers_are_written():
     del buffers["depth"]
     raises(ValueError, "depth is missing", lambda: writing.step_into(still, buffers))
     assert writing.snapshot() == state, "a refused step moved something"
+
+
+def test_worlds_on_a_graphics_device_are_those_of_the_cpu_but_for_rounding():
+    raises(ValueError, "backend tpu: must be one of cpu and gpu", lambda: vector(1, task=REACH, backend="tpu"))
+    try:
+        there = vector(2, task=REACH, backend="gpu")
+    except RuntimeError as problem:
+        assert "no graphics adapter" in str(problem).lower() and not os.environ.get("CI"), problem
+        print(f"SKIPPED: worlds on a graphics device: {problem}", file=sys.stderr)
+        return
+    here = vector(2, task=REACH)
+    first = [env.reset(seed=SEED)[0] for env in (here, there)]
+    same(*first)
+    for step in range(2):
+        (seen, reward, *_), (expected, due, *_) = (env.step(actions(here, step)) for env in (there, here))
+        assert max(np.abs(seen[key] - expected[key]).max() for key in seen) < 1e-3
+        assert np.abs(reward - due).max() < 1e-4
+    assert set(there.unwrapped.frames_by_place) <= {"device", "large_tree"}, there.unwrapped.frames_by_place
+    assert here.unwrapped.frames_by_place is None
