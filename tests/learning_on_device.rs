@@ -18,7 +18,8 @@ fn env(task: Task, backend: Backend, envs: u32) -> TaskEnv {
 /// Largest difference of two observations.
 fn apart(a: &[Values], b: &[Values]) -> f32 {
     let numbers = |values: &[Values]| -> Vec<f32> {
-        let floats = values.iter().filter_map(|value| if let Values::F32(x) = value { Some(x) } else { None });
+        let floats =
+            values.iter().filter_map(|value| if let Values::F32(x) = value { Some(x) } else { None });
         floats.flatten().copied().collect()
     };
     let (a, b) = (numbers(a), numbers(b));

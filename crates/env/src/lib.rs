@@ -42,13 +42,13 @@ mod worlds;
 pub use driven::{Driven, Via};
 pub use error::EnvError;
 pub use interface::{Interface, Term};
+pub use orchard_tasks::plan_file::Backend;
 pub use report::{Report, Statistics};
 pub use rules::{
     CostRules, GentleReward, HarvestReward, InstructionRules, LearningRules, ReachReward, V1_TOML,
 };
 pub use settings::{Settings, Task, WORLDS};
 pub use task_env::TaskEnv;
-pub use orchard_tasks::plan_file::Backend;
 pub use worlds::Env;
 
 /// Compiles the example of the README.

@@ -49,7 +49,10 @@ impl Mover {
     ///
     /// # Errors
     /// The device cannot step it.
-    #[cfg_attr(not(feature = "gpu"), expect(unused_variables, clippy::unused_self, clippy::unnecessary_wraps))]
+    #[cfg_attr(
+        not(feature = "gpu"),
+        expect(unused_variables, clippy::unused_self, clippy::unnecessary_wraps)
+    )]
     pub fn enter(&mut self, lane: usize, world: &World) -> Result<(), EnvError> {
         match self {
             Self::Cpu => Ok(()),
@@ -81,7 +84,8 @@ impl Mover {
             #[cfg(feature = "gpu")]
             Self::Gpu(lockstep) => {
                 let turns = turns.into_iter();
-                let turns = turns.map(|(lane, world, command)| orchard_lockstep::Turn { lane, world, command });
+                let turns =
+                    turns.map(|(lane, world, command)| orchard_lockstep::Turn { lane, world, command });
                 lockstep.step(&mut turns.collect::<Vec<_>>()).map_err(|e| EnvError::Device(e.to_string()))
             }
         }

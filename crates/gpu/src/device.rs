@@ -9,8 +9,7 @@ use crate::layout::LANES;
 use crate::pipelines::Pipelines;
 use crate::robots::pipelines::RobotPipelines;
 use crate::schedule::WARPS;
-use crate::worlds::QuadPipelines;
-use crate::worlds::pipelines::WorldPipelines;
+use crate::worlds::pipelines::{QuadPipelines, WorldPipelines};
 
 /// Number of storage buffers that the kernels bind.
 const STORAGE_BUFFERS: u32 = 8;

@@ -9,6 +9,7 @@ mod numbers;
 mod outputs;
 mod replicate;
 mod room;
+mod rows;
 mod tiling;
 mod topologies;
 mod wind;

@@ -10,7 +10,6 @@ use orchard_bench::gather;
 use orchard_bench::store::Store;
 use orchard_bench::{NoProgress, Session, run_task};
 use orchard_scenario::{Names, Scenario};
-use orchard_tasks::plan_file::Backend;
 use orchard_tasks::fake::progress::CountingProgress;
 use orchard_tasks::fake::{FakeFactory, plan};
 use orchard_tasks::harvest::command_log::{CommandLogs, path_of};
@@ -18,6 +17,7 @@ use orchard_tasks::harvest::episode::{ContactOutcome, EpisodeRecord};
 use orchard_tasks::harvest::plan::Plan;
 use orchard_tasks::harvest::summary::Summary;
 use orchard_tasks::harvest::{Episodes, Harvest, WorldFactory, never_started};
+use orchard_tasks::plan_file::Backend;
 use orchard_tasks::protocol::Protocol;
 use orchard_tasks::seeds::{SeedSetLabel, SeedSetName};
 

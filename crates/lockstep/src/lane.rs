@@ -24,7 +24,9 @@ pub enum LockstepError {
         lanes: usize,
     },
     /// Uneven ground.
-    #[error("the ground of world {0} is uneven (terrain.enabled); on a graphics device robots stand on level ground")]
+    #[error(
+        "the ground of world {0} is uneven (terrain.enabled); on a graphics device robots stand on level ground"
+    )]
     Terrain(u32),
     /// The device refused the worlds, or was lost.
     #[error(transparent)]

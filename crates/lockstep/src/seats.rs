@@ -104,9 +104,11 @@ impl Seats {
             .collect();
         if lost.is_none() {
             let stepped: Result<(), GpuError> = self.pool.install(|| {
-                let turns = worlds
-                    .iter_mut()
-                    .map(|(lane, world, command)| Turn { lane: *lane, world, command: *command });
+                let turns = worlds.iter_mut().map(|(lane, world, command)| Turn {
+                    lane: *lane,
+                    world,
+                    command: *command,
+                });
                 lockstep.step(&mut turns.collect::<Vec<_>>())
             });
             *lost = stepped.err().map(|e| e.to_string());

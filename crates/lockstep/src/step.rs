@@ -95,8 +95,7 @@ impl Lockstep {
             .par_iter()
             .map(|turn| occupant(lanes, turn.lane).tree.in_state_of(turn.world.data().clone()))
             .collect();
-        let fitted: Vec<_> =
-            coming.iter().map(|turn| occupant(lanes, turn.lane).fitted.clone()).collect();
+        let fitted: Vec<_> = coming.iter().map(|turn| occupant(lanes, turn.lane).fitted.clone()).collect();
         let starts: Vec<_> = coming.iter().map(|turn| turn.world.x_world_start()).collect();
         let tenants = coming.iter().zip(&trees).zip(fitted.iter().zip(&starts));
         let tenants: Vec<Tenant<'_>> = tenants

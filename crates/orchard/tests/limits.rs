@@ -94,7 +94,13 @@ fn edited_plan(folder: &Path, edit: impl Fn(String) -> String) {
     };
     let store = Store::open(folder).unwrap();
     let scenario = Scenario::of(&[]).unwrap().stored();
-    PlanFile::write(&store, &[TaskPlan::Harvest { extent, backend: Default::default() }], &scenario, Shard::WHOLE).unwrap();
+    PlanFile::write(
+        &store,
+        &[TaskPlan::Harvest { extent, backend: Default::default() }],
+        &scenario,
+        Shard::WHOLE,
+    )
+    .unwrap();
     let path = folder.join(PlanFile::FILE);
     let text = String::from_utf8(checked(&fs::read(&path).unwrap()).unwrap()).unwrap();
     let edited = edit(text.clone());

@@ -89,8 +89,10 @@ impl Core {
         let settings = || -> Result<Settings, EnvError> {
             let settings = Settings::of(Task::named(task)?).rewarding(reward)?;
             let spaces = spaces_of(&obs, pixels, control, control_hz)?;
-            let backend = backend.parse().map_err(|problem| {
-                SettingError { option: "backend", value: backend.to_owned(), problem }
+            let backend = backend.parse().map_err(|problem| SettingError {
+                option: "backend",
+                value: backend.to_owned(),
+                problem,
             })?;
             Ok(Settings { spaces, privileged, backend, ..settings })
         };

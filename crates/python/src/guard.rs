@@ -37,7 +37,9 @@ pub fn exception(error: EnvError) -> PyErr {
     let text = error.to_string();
     match error {
         EnvError::NotStarted { .. } | EnvError::Ended { .. } => ResetNeeded::new_err(text),
-        EnvError::World { .. } | EnvError::NoTarget { .. } | EnvError::Device(_) => PyRuntimeError::new_err(text),
+        EnvError::World { .. } | EnvError::NoTarget { .. } | EnvError::Device(_) => {
+            PyRuntimeError::new_err(text)
+        }
         _ => PyValueError::new_err(text),
     }
 }

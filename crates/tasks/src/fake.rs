@@ -10,6 +10,7 @@ use orchard_scenario::Names;
 use orchard_spec::{Purpose, Stream};
 use orchard_world::WorldEvent;
 
+use crate::backend::Backend;
 use crate::harvest::episode::{
     AttemptOutcome, AttemptRecord, Belief, ContactAttemptRecord, ContactOutcome, EpisodeKey, EpisodeRecord,
     FruitRecord, FruitState, Outcome,
@@ -21,7 +22,6 @@ use crate::harvest::interface::{
 use crate::harvest::matrix::Dials;
 use crate::harvest::plan::{Condition, ConditionParams, Plan};
 use crate::harvest::run::WorldFactory;
-use crate::backend::Backend;
 use crate::protocol::Protocol;
 use crate::seeds::SeedSetLabel;
 use crate::zones::Zone;

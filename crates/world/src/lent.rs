@@ -128,11 +128,7 @@ impl World {
     }
 
     /// Ends a frame that was lent. `write` writes coordinates, velocities, the motion of hanging fruit, and the servos' inputs of the last substep into the state.
-    pub fn take_back(
-        &mut self,
-        lent: &Lent,
-        write: impl FnOnce(&Model, &RobotHandle, &mut Data) -> Moved,
-    ) {
+    pub fn take_back(&mut self, lent: &Lent, write: impl FnOnce(&Model, &RobotHandle, &mut Data) -> Moved) {
         let (spec, parts, state) = (&*self.spec, &*self.parts, &mut self.state);
         let Moved { set_points, contacts, impulse, peak_force } =
             write(&parts.model, &parts.handle, &mut state.data);

@@ -1,16 +1,13 @@
 //! Blocks: tiles that share the rows of the buffers.
 
-use std::cmp::Reverse;
-use std::ops::Range;
-use std::sync::Arc;
-
-use orchard_batch::TreeWorld;
-
 use super::room::Room;
+use super::rows::rows_of;
 use super::{Member, Memory, Place, fruit_rows};
 use crate::Solver;
 use crate::layout::{LANES, QUAD, fork, krylov, leaf, link, load, push, tile, wave, work, world};
 use crate::schedule::{PARTS, Schedule, WARPS};
+use std::cmp::Reverse;
+use std::ops::Range;
 
 /// Number of lanes whose quads are 32 bytes together, the smallest unit that a graphics card reads: they belong to one tile.
 const LANES_TOGETHER: usize = 2;
@@ -162,30 +159,6 @@ impl Memory {
         }
         self.set_lengths(number);
     }
-}
-
-/// Row of each link, and of each fruit, in a tile whose parts start at some rows; `shared` is the first row of each link's fruit where worlds share them.
-pub(super) fn rows_of(
-    world: &TreeWorld,
-    schedule: &Schedule,
-    starts: &[usize],
-    shared: Option<&[usize]>,
-) -> (Arc<[usize]>, Arc<[usize]>) {
-    let mut rows = vec![0; world.plant().tree.len()];
-    let mut fruit_rows = vec![0; schedule.fruit.len()];
-    for (part, visits) in schedule.parts.iter().enumerate() {
-        for (row, visit) in visits.iter().enumerate() {
-            rows[visit.link] = starts[part] + row;
-        }
-    }
-    for (number, visit) in schedule.parts.iter().flatten().enumerate() {
-        let own = visit.fruit();
-        let start = shared.map_or(own.start, |starts| starts[number]);
-        for (row, &fruit) in (start..).zip(&schedule.fruit[own]) {
-            fruit_rows[fruit] = row;
-        }
-    }
-    (rows.into(), fruit_rows.into())
 }
 
 pub(super) fn starting_at(start: usize, length: usize) -> Range<usize> {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use orchard_batch::TreeWorld;
 
-use super::block::rows_of;
+use super::rows::rows_of;
 use super::{Memory, Place, fruit_rows, topologies};
 use crate::BatchError;
 use crate::laws::Laws;

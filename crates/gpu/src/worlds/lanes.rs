@@ -152,7 +152,9 @@ impl WorldBatch {
         let Some(read) = &self.read else { return };
         let [links, fruit] = self.trees.memory.motion_quads(lane);
         let sizes = [self.room.links(), 2 * self.room.fruit()];
-        for ((gathered, mut places), each) in [(&read.links, links), (&read.fruit, fruit)].into_iter().zip(sizes) {
+        for ((gathered, mut places), each) in
+            [(&read.links, links), (&read.fruit, fruit)].into_iter().zip(sizes)
+        {
             places.resize(each, NOWHERE);
             gathered.set_places(&self.gpu, lane * each, &places);
         }

@@ -24,7 +24,6 @@ use crate::robots::table::{Table, refused};
 use crate::rules::Rules;
 use buffers::WorldBuffers;
 use lanes::Read;
-pub(crate) use quads::QuadPipelines;
 pub use lanes::{Fitted, Tenant};
 pub use meeting::{ContactPoint, Meeting};
 use pipelines::WorldPass;

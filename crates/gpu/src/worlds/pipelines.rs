@@ -45,3 +45,27 @@ impl WorldPipelines {
         }
     }
 }
+
+/// Compiled kernels that move quads.
+#[derive(Debug)]
+pub(crate) struct QuadPipelines {
+    pub gather: ComputePipeline,
+    pub scatter: ComputePipeline,
+    /// Layout of their bindings: places, quads, packed quads.
+    pub bindings: wgpu::BindGroupLayout,
+}
+
+impl QuadPipelines {
+    /// Compiles the kernels.
+    pub fn new(device: &wgpu::Device) -> Self {
+        let read = (BufferBindingType::Storage { read_only: true }, false);
+        let written = (BufferBindingType::Storage { read_only: false }, false);
+        let source = include_str!("../kernels/quads.wgsl").to_owned();
+        let kernels = Kernels::new(device, "quads", source, &[read, written, written]);
+        Self {
+            gather: kernels.pipeline("gather", &[]),
+            scatter: kernels.pipeline("scatter", &[]),
+            bindings: kernels.bindings,
+        }
+    }
+}

@@ -1,39 +1,15 @@
 //! Quads of a buffer that the host reads in every frame, or writes now and then, wherever they lie.
 
-use wgpu::{BufferBindingType, BufferUsages, ComputePipeline};
+use wgpu::{BufferUsages, ComputePipeline};
 
 use crate::buffers::create_buffer;
 use crate::device::{Gpu, GpuError};
 use crate::layout::QUAD;
-use crate::pipelines::Kernels;
 
 /// Threads of a workgroup of `kernels/quads.wgsl`: as many as the kernels of trees ask of a device.
 const THREADS: usize = 192;
 /// Place of a quad that is not there.
 pub(super) const NOWHERE: u32 = u32::MAX;
-
-/// The compiled kernels.
-#[derive(Debug)]
-pub(crate) struct QuadPipelines {
-    gather: ComputePipeline,
-    scatter: ComputePipeline,
-    bindings: wgpu::BindGroupLayout,
-}
-
-impl QuadPipelines {
-    /// Compiles the kernels.
-    pub fn new(device: &wgpu::Device) -> Self {
-        let read = (BufferBindingType::Storage { read_only: true }, false);
-        let written = (BufferBindingType::Storage { read_only: false }, false);
-        let source = include_str!("../kernels/quads.wgsl").to_owned();
-        let kernels = Kernels::new(device, "quads", source, &[read, written, written]);
-        Self {
-            gather: kernels.pipeline("gather", &[]),
-            scatter: kernels.pipeline("scatter", &[]),
-            bindings: kernels.bindings,
-        }
-    }
-}
 
 /// Quads of a buffer at places that stay for some time.
 #[derive(Debug)]

@@ -9,6 +9,7 @@ pub mod scaling;
 pub mod task;
 #[cfg(feature = "gpu")]
 mod together;
+mod way;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -250,7 +251,7 @@ pub fn run_benchmark(args: &Args, benchmark: Benchmark, program: &Program) -> Re
     let plans = plans::plans(args, &scenario)?;
     let out = args.run.out.clone().unwrap_or_else(|| plans::default_out(args, benchmark));
     let threads = threads.map_or_else(default_threads, |threads| threads as usize);
-    let way = plans::Way { record, lanes: args.lanes.map(|lanes| lanes as usize), threads };
+    let way = way::Way { record, lanes: args.lanes.map(|lanes| lanes as usize), threads };
     let tasks = plans.iter().map(|plan| plans::task(plan, &scenario, &out, Some(way)));
     let tasks = tasks.collect::<Result<Vec<_>, Failure>>()?;
     // A missing device is reported before the first task starts.

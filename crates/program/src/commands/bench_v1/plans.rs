@@ -11,6 +11,7 @@ use orchard_tasks::plan_file::{Backend, TaskPlan, TreeExtent};
 use orchard_tasks::protocol::{Profile, Protocol};
 
 use super::task::AnyTask;
+use super::way::Way;
 use super::{Args, Benchmark, ProfileName, Seeds, TaskName, component, detect, harvest, scaling};
 use crate::failure::Failure;
 
@@ -33,7 +34,8 @@ pub fn plans(args: &Args, scenario: &Scenario) -> Result<Vec<TaskPlan>, Failure>
             TaskName::Harvest => {
                 let backend = args.backend.unwrap_or_default();
                 let extent = extent(args, &harvest, &trees).map_err(Failure::BadInput)?;
-                let extent = if backend == Backend::Gpu { on_device(args, &harvest, extent)? } else { extent };
+                let extent =
+                    if backend == Backend::Gpu { on_device(args, &harvest, extent)? } else { extent };
                 TaskPlan::Harvest { extent, backend }
             }
             TaskName::Detect => TaskPlan::Detect { trees: trees.clone() },
@@ -49,17 +51,6 @@ pub fn plans(args: &Args, scenario: &Scenario) -> Result<Vec<TaskPlan>, Failure>
         });
     }
     Ok(plans)
-}
-
-/// How tasks are to be run.
-#[derive(Debug, Clone, Copy)]
-pub struct Way {
-    /// Episodes of the harvest are recorded.
-    pub record: bool,
-    /// Episodes that advance together on a graphics device.
-    pub lanes: Option<usize>,
-    /// Threads.
-    pub threads: usize,
 }
 
 /// The task of a plan with results in the folder `out`; `way` is none if it is not run, only merged.
@@ -185,7 +176,9 @@ fn tasks(args: &Args) -> Vec<TaskName> {
         TaskName::Harvest => true,
         // Timings belong to one machine, so the task cannot be split into parts.
         TaskName::Scaling if is_part(args) => false,
-        TaskName::Detect | TaskName::ReachAndGrasp | TaskName::Gentle if args.backend == Some(Backend::Gpu) => {
+        TaskName::Detect | TaskName::ReachAndGrasp | TaskName::Gentle
+            if args.backend == Some(Backend::Gpu) =>
+        {
             false
         }
         _ => !of_harvest,

@@ -15,8 +15,8 @@ use orchard_tasks::plan_file::Backend;
 
 use super::bar::RecordProgress;
 use super::harvest::Harvesting;
-use super::plans::Way;
 use super::task::PresentedTask;
+use super::way::Way;
 use crate::failure::Failure;
 
 /// Episodes that advance together, unless the command line says otherwise: our own choice.

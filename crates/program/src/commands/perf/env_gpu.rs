@@ -60,7 +60,10 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
         let row = if envs == TARGET_ENVS { row.at_least(TARGET) } else { row };
         rows.push(Row { spread: Some(rates.spread()), note: Some(note), ..row });
         let row = Row::measured(&format!("{name}.reset"), reset, "s");
-        rows.push(Row { note: Some("wall time of a reset that grows a new tree, a world".to_owned()), ..row });
+        rows.push(Row {
+            note: Some("wall time of a reset that grows a new tree, a world".to_owned()),
+            ..row
+        });
     }
     Ok(rows.into())
 }
