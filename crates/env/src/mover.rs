@@ -49,10 +49,7 @@ impl Mover {
     ///
     /// # Errors
     /// The device cannot step it.
-    #[cfg_attr(
-        not(feature = "gpu"),
-        expect(unused_variables, clippy::unused_self, clippy::unnecessary_wraps)
-    )]
+    #[cfg_attr(not(feature = "gpu"), expect(unused_variables, clippy::unnecessary_wraps))]
     pub fn enter(&mut self, lane: usize, world: &World) -> Result<(), EnvError> {
         match self {
             Self::Cpu => Ok(()),
@@ -62,7 +59,7 @@ impl Mover {
     }
 
     /// Tells that the state of a lane's world has changed.
-    #[cfg_attr(not(feature = "gpu"), expect(unused_variables, clippy::unused_self))]
+    #[cfg_attr(not(feature = "gpu"), expect(unused_variables))]
     pub fn renew(&mut self, lane: usize) {
         match self {
             Self::Cpu => {}
