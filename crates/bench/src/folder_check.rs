@@ -34,7 +34,7 @@ impl Store {
     /// # Errors
     /// The first record, by file name, that is not in the plan, with the fields in which it differs from all records of the plan.
     pub fn check_plan<R: Record>(&self, keys: &[R::Key]) -> Result<(), OtherPlan> {
-        let keys: Vec<Map<String, Value>> = keys.iter().map(fields).collect();
+        let keys: Vec<Map<String, Value>> = keys.iter().map(|key| completed::<R>(fields(key))).collect();
         let Some(first) = keys.first() else { return Ok(()) };
         let planned = |left_out: &[&str]| -> BTreeSet<String> {
             keys.iter().map(|key| text(key, first, left_out)).collect()
@@ -49,6 +49,7 @@ impl Store {
                 continue;
             }
             let Ok(Value::Object(record)) = serde_json::from_slice(&bytes) else { continue };
+            let record = completed::<R>(record);
             let same_code = CODE.iter().all(|field| record.get(*field) == first.get(*field));
             let is_planned = if same_code {
                 by_this_code.contains(&text(&record, first, &CODE))
@@ -69,6 +70,14 @@ fn fields<K: serde::Serialize>(key: &K) -> Map<String, Value> {
         Ok(Value::Object(fields)) => fields,
         other => unreachable!("a key is a list of texts and numbers: {other:?}"),
     }
+}
+
+/// Fields with those that a record leaves out, which are null.
+fn completed<R: Record>(mut fields: Map<String, Value>) -> Map<String, Value> {
+    for name in R::OPTIONAL {
+        fields.entry(*name).or_insert(Value::Null);
+    }
+    fields
 }
 
 /// The fields of a key as one text, without the fields in `left_out`.

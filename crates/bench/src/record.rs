@@ -9,6 +9,8 @@ pub trait Record: Serialize + DeserializeOwned {
     type Key: PartialEq + Serialize + Sync;
     /// Folder of these records under the result folder.
     const FOLDER: &'static str;
+    /// Fields of a key that a record leaves out where they have their default.
+    const OPTIONAL: &'static [&'static str] = &[];
     /// The record's own key.
     fn key(&self) -> &Self::Key;
     /// Name of the file of a key in [`Self::FOLDER`].

@@ -350,6 +350,7 @@ impl Record for EpisodeRecord {
     type Key = EpisodeKey;
 
     const FOLDER: &'static str = "episodes";
+    const OPTIONAL: &'static [&'static str] = &["backend"];
 
     fn key(&self) -> &EpisodeKey {
         &self.key

@@ -8,6 +8,7 @@ use orchard_bench::store::Store;
 use orchard_bench::task::{NoProgress, Progress, RunError, Session};
 use orchard_scenario::Names;
 
+use crate::backend::Backend;
 use crate::fake::progress::{CountingProgress, files};
 use crate::fake::{FakeFactory, plan};
 use crate::harvest::episode::EpisodeRecord;
@@ -193,4 +194,17 @@ fn repeats_have_keys_and_files_of_their_own() {
     let progress = CountingProgress::default();
     go(folder.path(), &plan, 1, &progress).unwrap();
     assert_eq!(progress.counts(), (0, 16));
+}
+
+/// Records of one backend are not those of the other, although their files have the same names.
+#[test]
+fn a_folder_holds_episodes_of_one_backend() {
+    let on = |backend| Plan { backend, ..plan() };
+    for (first, second) in [(Backend::Cpu, Backend::Gpu), (Backend::Gpu, Backend::Cpu)] {
+        let folder = tempfile::tempdir().unwrap();
+        go(folder.path(), &on(first), 1, &NoProgress).unwrap();
+        go(folder.path(), &on(first), 1, &NoProgress).unwrap();
+        let e = go(folder.path(), &on(second), 1, &NoProgress).unwrap_err().to_string();
+        assert!(e.contains("holds results of another plan") && e.contains("backend"), "{e}");
+    }
 }
