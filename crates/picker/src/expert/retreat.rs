@@ -1,17 +1,20 @@
 //! Retreat: bring the empty hand out of the canopy, back along the approach.
 
+use crate::expert::onward::Onward;
 use crate::expert::{Caution, ExpertPicker, Next, Phase};
-use crate::picker_core::{Attempt, STILL};
+use crate::picker_core::Attempt;
 use crate::record::State;
 use crate::robot_state::RobotState;
 use orchard_geometry::Vec3;
 
 /// Memory of the retreat state.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Retreat {
     /// Time at which the fingers were commanded to open \[s\].
     since: f64,
     stage: Stage,
+    /// Place to which the base drives meanwhile.
+    onward: Option<Onward>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,14 +37,14 @@ impl Retreat {
             (State::Deposit, _) => Stage::Up,
             _ => Stage::Home,
         };
-        Self { since: robot.time, stage }
+        Self { since: robot.time, stage, onward: None }
     }
 }
 
 impl Retreat {
     /// Starts the retreat from the bucket; the arm already moves to the carrying posture.
-    pub fn from_bucket(robot: &RobotState) -> Self {
-        Self { since: robot.time, stage: Stage::Home }
+    pub fn from_bucket(onward: Option<Onward>, robot: &RobotState) -> Self {
+        Self { since: robot.time, stage: Stage::Home, onward }
     }
 }
 
@@ -76,6 +79,7 @@ impl ExpertPicker {
                 }
             }
         }
-        Next::Stay(Phase::Retreat(retreat), STILL)
+        let velocity = self.drive_onward(&mut retreat.onward, robot);
+        Next::Stay(Phase::Retreat(retreat), velocity)
     }
 }
