@@ -30,7 +30,8 @@ impl PickerCore {
             return self.place_for(&task.track(robot.time), robot);
         }
         let is_free = self.mobility.is_free();
-        let eligible = self.perception.tracker.confirmed().filter(|t| is_allowed(t) && self.is_eligible(t, robot));
+        let eligible =
+            self.perception.tracker.confirmed().filter(|t| is_allowed(t) && self.is_eligible(t, robot));
         let mut tracks: Vec<(f64, Track)> = match is_free {
             true => eligible.map(|t| (self.least_drive(robot, t), *t)).collect(),
             false => eligible.filter_map(|t| Some((self.least_reach(robot, t)?, *t))).collect(),

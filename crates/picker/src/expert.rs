@@ -45,6 +45,8 @@ pub struct ExpertPicker {
     phase: Phase,
     /// Smoothed force on the hand \[N\].
     touch: f64,
+    /// The same, also on a base that accelerates \[N\].
+    load: f64,
 }
 
 /// State of the state machine, with the memory of that state.
@@ -102,7 +104,7 @@ impl ExpertPicker {
         core.barriers.kept = true;
         core.watch = Some(Watch::new(&config.watch));
         let slots = Slots::new(&core.arm, &robot.bucket(), &core.postures.carry(), &config.place);
-        Self { core, slots, config, phase, touch: 0.0 }
+        Self { core, slots, config, phase, touch: 0.0, load: 0.0 }
     }
 
     /// Makes a picker for an assigned task.
@@ -171,16 +173,19 @@ impl ExpertPicker {
     /// True if images have had no sight for long. With the hand in the bucket the camera is too close to everything in view.
     fn is_blind(&self, robot: &RobotState) -> bool {
         let perception = &self.core.perception;
-        let is_dark = perception.blind && robot.time - perception.last_sight > self.config.feel.blind_time.si();
+        let is_dark =
+            perception.blind && robot.time - perception.last_sight > self.config.feel.blind_time.si();
         is_dark || self.is_unsighted()
     }
 
-    /// Starts an attempt at the next known target; without one, scans from the present place.
-    fn next_target(&mut self, robot: &RobotState) -> Next {
+    /// Starts an attempt at the wanted track, else at the next known target; without one, scans from the present place.
+    fn next_target(&mut self, wanted: Option<u32>, robot: &RobotState) -> Next {
         if self.is_unsafe() {
             return Next::Enter(Phase::Safe(Safe::at(robot)));
         }
-        let choice = if self.is_blind(robot) { None } else { self.core.choose(robot) };
+        let of_track = |wanted| self.core.choose_among(robot, |track| track.id == wanted);
+        let choose = || wanted.and_then(of_track).or_else(|| self.core.choose(robot));
+        let choice = if self.is_blind(robot) { None } else { choose() };
         match choice {
             Some(choice) => {
                 self.core.commit(robot, choice.track, choice.target, choice.plan);
@@ -216,6 +221,10 @@ impl Machine for ExpertPicker {
         let force = self.core.tcp_force(robot).norm();
         if force.is_finite() {
             self.touch += (force - self.touch) * self.config.feel.touch_weight.si();
+        }
+        let load = self.core.tcp_force_in_motion(robot).norm();
+        if load.is_finite() {
+            self.load += (load - self.load) * self.config.feel.touch_weight.si();
         }
         self.watch(robot);
     }

@@ -318,6 +318,13 @@ impl PickerCore {
         }
     }
 
+    /// Force that the hand exerts at the TCP \[N\], base axes, without what the base's own motion takes.
+    pub fn tcp_force_in_motion(&self, robot: &RobotState) -> Vec3 {
+        let gravity = Vec3::new(0.0, 0.0, -self.config.pull.gravity.si());
+        let RobotState { q, v, a, torque, .. } = robot;
+        self.arm.tcp_load_on_moving_base(q, v, a, torque, &robot.base_motion(), &gravity).force
+    }
+
     /// Points of the last images in the present base frame.
     pub fn points_base(&self, robot: &RobotState) -> Vec<Vec3> {
         self.perception.points().map(|p| inverse_transform(&robot.x_odom_base, p)).collect()

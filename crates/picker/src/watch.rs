@@ -172,7 +172,11 @@ impl Watch {
             return None;
         }
         self.loaded = 0.0;
-        if is_loaded { self.end(Alarm::ArmLoaded) } else { self.raise(Alarm::ArmLoaded) };
+        if is_loaded {
+            self.end(Alarm::ArmLoaded)
+        } else {
+            self.raise(Alarm::ArmLoaded)
+        };
         Some(!is_loaded)
     }
 }
@@ -214,7 +218,9 @@ mod tests {
             let off = |a: [f64; 3], b: [f64; 3]| (0..3).map(|i| (a[i] - b[i]).abs()).fold(0.0, f64::max);
             assert!(off(robot.base_pose, exact.base_pose) < 1e-9, "{k} {:?}", robot.base_pose);
             assert!(off(robot.base_velocity, exact.base_velocity) < 1e-9, "{k} {:?}", robot.base_velocity);
-            assert!((robot.x_odom_base.translation.vector - exact.x_odom_base.translation.vector).norm() < 1e-9);
+            assert!(
+                (robot.x_odom_base.translation.vector - exact.x_odom_base.translation.vector).norm() < 1e-9
+            );
             if k < 60 {
                 assert_eq!(robot, exact, "nothing changes without a jump");
             }

@@ -20,8 +20,8 @@ pub(crate) struct Faulty {
     image: Option<DepthImage>,
     /// Images that come late, with the times at which they were taken \[s\].
     late: VecDeque<(DepthImage, f64)>,
-    /// Opening to which the fingers were commanded last before they stuck \[m\].
-    opening: Option<f64>,
+    /// True while the fingers stand open, where they can stick.
+    open: bool,
     /// Number of events of the controller that have been read, and the time until which the fingers lose a fruit \[s\].
     events: usize,
     open_until: f64,
@@ -42,7 +42,7 @@ impl Faulty {
                 fault: fault.clone(),
                 image: None,
                 late: VecDeque::new(),
-                opening: None,
+                open: false,
                 events: 0,
                 open_until: f64::NEG_INFINITY,
             }),
@@ -108,9 +108,9 @@ impl Faulty {
         let lasts = self.lasts(time);
         match self.fault.kind {
             FaultKind::FingersStuck => {
-                let opening = self.opening.filter(|_| lasts).unwrap_or(command.finger_q);
-                self.opening = Some(opening);
-                Command { finger_q: opening, ..command }
+                let stroke = self.robot.kinematics().finger_stroke();
+                self.open = command.finger_q >= stroke || (lasts && self.open);
+                Command { finger_q: if self.open { stroke } else { command.finger_q }, ..command }
             }
             FaultKind::FruitLost => {
                 let record = self.controller.record();

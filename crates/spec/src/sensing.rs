@@ -37,7 +37,7 @@ pub enum FaultKind {
     DepthNotFinite,
     /// The odometry's frame jumps by `distance` and `turn` once, at the fault's beginning.
     OdometryJump,
-    /// The fingers stay open.
+    /// The fingers stay open once they are.
     FingersStuck,
     /// The arm's torque sensors read a weight of `load` at the hand, as of a limb that lies on it.
     LimbOnArm,

@@ -10,8 +10,12 @@ use orchard_geometry::transform;
 /// The place to which the base drives meanwhile.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Onward {
+    /// Track of the fruit.
+    pub track: u32,
     goal: BaseGoal,
     stall: StallWatch,
+    /// True once the base is there, or something holds it.
+    over: bool,
 }
 
 impl ExpertPicker {
@@ -26,13 +30,13 @@ impl ExpertPicker {
             let away = [attempt.target.p, p_hand].iter().all(|p| (track.p_odom - p).norm() > near);
             track.id != attempt.track && away
         })?;
-        Some(Onward { goal: choice.goal, stall: StallWatch::default() })
+        Some(Onward { track: choice.track, goal: choice.goal, stall: StallWatch::default(), over: false })
     }
 
     /// Velocity of the base towards the place [m/s, m/s, rad/s]; it gives the place up where something holds it.
     pub(crate) fn drive_onward(&mut self, onward: &mut Option<Onward>, robot: &RobotState) -> [f64; 3] {
-        let Some(Onward { goal, stall }) = onward else { return STILL };
-        if self.is_blind(robot) || self.has(Alarm::ArmLoaded) {
+        let Some(Onward { goal, stall, over, .. }) = onward else { return STILL };
+        if *over || self.is_blind(robot) || self.has(Alarm::ArmLoaded) {
             return STILL;
         }
         let (core, c) = (&self.core, &self.core.config);
@@ -40,14 +44,11 @@ impl ExpertPicker {
         let tree = core.perception.belief.p_odom();
         let (velocity, arrived) = core.mobility.towards(robot, goal, &tree, &c.drive, tolerance);
         let stalled = stall.is_stalled(robot, &velocity, &c.drive, core.patience());
-        let goal = *goal;
+        *over = arrived || stalled;
+        let (goal, over) = (*goal, *over);
         if stalled {
             self.core.note_barrier(robot, &goal);
         }
-        if arrived || stalled {
-            *onward = None;
-            return STILL;
-        }
-        velocity
+        if over { STILL } else { velocity }
     }
 }

@@ -1,9 +1,10 @@
 //! Retreat: bring the empty hand out of the canopy, back along the approach.
 
 use crate::expert::onward::Onward;
+use crate::expert::safe::Safe;
 use crate::expert::{Caution, ExpertPicker, Next, Phase};
 use crate::picker_core::Attempt;
-use crate::record::State;
+use crate::record::{Alarm, State};
 use crate::robot_state::RobotState;
 use orchard_geometry::Vec3;
 
@@ -68,6 +69,16 @@ impl ExpertPicker {
                 self.leave_bucket(robot);
                 retreat.stage = Stage::Home;
             }
+            Stage::Home if self.has(Alarm::ArmLoaded) && !self.is_over_bucket(robot) => {
+                // The arm is caught: it gives way, and the base draws it out.
+                self.core.yield_arm(robot);
+                let late = self.core.elapsed(robot) > self.core.config.timeout.transport.si();
+                if late || self.is_blind(robot) {
+                    return Next::Enter(Phase::Safe(Safe::at(robot)));
+                }
+                let speed = self.config.leave.base_speed.si() * self.speed_share(Caution::High);
+                return Next::Stay(Phase::Retreat(retreat), [-speed, 0.0, 0.0]);
+            }
             Stage::Home => {
                 let carry = self.core.postures.carry();
                 if *self.core.motion.goal() != carry {
@@ -75,7 +86,8 @@ impl ExpertPicker {
                 }
                 let near = (robot.q - carry).amax() <= self.config.swift.blend.si();
                 if near || self.core.elapsed(robot) > self.core.config.timeout.transport.si() {
-                    return self.next_target(robot);
+                    let wanted = retreat.onward.as_ref().map(|onward| onward.track);
+                    return self.next_target(wanted, robot);
                 }
             }
         }

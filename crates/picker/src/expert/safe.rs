@@ -51,7 +51,7 @@ impl ExpertPicker {
         let state = self.state();
         // In the bucket the camera is too close to everything; in grasp and pull the hand presses on purpose.
         let looks = !matches!(state, State::Deposit | State::Retreat);
-        let force = if matches!(state, State::Grasp | State::Pull) { 0.0 } else { self.touch };
+        let force = if matches!(state, State::Grasp | State::Pull) { 0.0 } else { self.load };
         self.call_off(Alarm::ReadingNotFinite, robot.time);
         let Some(watch) = &mut self.core.watch else { return };
         let (sight, load) = (watch.look(robot.dt, looks), watch.feel(force, robot.dt));
@@ -97,8 +97,7 @@ impl ExpertPicker {
         if !self.has(Alarm::HandStuck) {
             return Next::Enter(Phase::Scan(Scan::here()));
         }
-        let (rest, closing) =
-            (self.config.watch.self_test.si(), self.core.config.grasp.close_time.si());
+        let (rest, closing) = (self.config.watch.self_test.si(), self.core.config.grasp.close_time.si());
         match safe.testing {
             None if robot.time - safe.since >= rest && self.core.arm_arrived(robot) => {
                 self.core.close_hand();

@@ -10,8 +10,8 @@ use crate::harvest::attempts::{AttemptLog, History, judge};
 use crate::harvest::command_log::CommandLog;
 use crate::harvest::contacts::{contact_attempts, knocked_off, was_held};
 use crate::harvest::episode::{
-    AlarmTime, Belief, DepositEvent, DetachEvent, DetectionTally, EpisodeKey, EpisodeRecord, FruitMoment, FruitRecord,
-    FruitState, Outcome, SnapEvent, Yielding,
+    AlarmTime, Belief, DepositEvent, DetachEvent, DetectionTally, EpisodeKey, EpisodeRecord, FruitMoment,
+    FruitRecord, FruitState, Outcome, SnapEvent, Yielding,
 };
 use crate::harvest::hold::HoldWatch;
 use crate::harvest::interface::{
