@@ -137,7 +137,10 @@ impl Watch {
             if self.same >= self.config.same_images.get() {
                 self.sight = Alarm::CameraFrozen;
             }
-            // Until then the picker does not know, and goes on by it.
+            if self.same == 0 {
+                // A camera that stands still sees the same.
+                self.unsighted = 0.0;
+            }
             return self.same < self.config.same_images.get();
         }
         self.image = Some((depth.clone(), x));
@@ -264,6 +267,7 @@ mod tests {
         let mut still = watch();
         for _ in 0..600 {
             assert!(still.take_image(&image(1.0), at(0.0), true));
+            assert_eq!(still.look(DT, true), None);
         }
     }
 

@@ -16,6 +16,8 @@ pub(crate) struct Retreat {
     stage: Stage,
     /// Place to which the base drives meanwhile.
     onward: Option<Onward>,
+    /// Time for which the base has drawn a caught arm out \[s\].
+    drawn: f64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,14 +40,14 @@ impl Retreat {
             (State::Deposit, _) => Stage::Up,
             _ => Stage::Home,
         };
-        Self { since: robot.time, stage, onward: None }
+        Self { since: robot.time, stage, onward: None, drawn: 0.0 }
     }
 }
 
 impl Retreat {
     /// Starts the retreat from the bucket; the arm already moves to the carrying posture.
     pub fn from_bucket(onward: Option<Onward>, robot: &RobotState) -> Self {
-        Self { since: robot.time, stage: Stage::Home, onward }
+        Self { since: robot.time, stage: Stage::Home, onward, drawn: 0.0 }
     }
 }
 
@@ -72,8 +74,8 @@ impl ExpertPicker {
             Stage::Home if self.has(Alarm::ArmLoaded) && !self.is_over_bucket(robot) => {
                 // The arm is caught: it gives way, and the base draws it out.
                 self.core.yield_arm(robot);
-                let late = self.core.elapsed(robot) > self.core.config.timeout.transport.si();
-                if late || self.is_blind(robot) {
+                retreat.drawn += robot.dt;
+                if retreat.drawn > self.config.watch.wait.si() || self.is_blind(robot) {
                     return Next::Enter(Phase::Safe(Safe::at(robot)));
                 }
                 let speed = self.config.leave.base_speed.si() * self.speed_share(Caution::High);
