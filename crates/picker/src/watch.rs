@@ -148,22 +148,32 @@ impl Watch {
         true
     }
 
-    /// Ends a frame of `dt` \[s\] for the camera: returns the alarm that begins or, with false, that ends. `counts` is false while the hand is at
+    /// Ends a frame of `dt` \[s\] for the camera: returns the alarms that begin or, with false, that end. `counts` is false while the hand is at
     /// the bucket, where images show nothing.
-    pub fn look(&mut self, dt: f64, counts: bool) -> Option<(Alarm, bool)> {
+    pub fn look(&mut self, dt: f64, counts: bool) -> Vec<(Alarm, bool)> {
+        let lasting = self.raised.iter().copied().find(|alarm| alarm.is_of_camera());
         if self.unsighted == 0.0 {
             self.unsighted = dt;
             self.sight = Alarm::CameraSilent;
-            let ended = self.raised.iter().copied().find(|alarm| alarm.is_of_camera())?;
-            return self.end(ended).then_some((ended, false));
+            return lasting
+                .filter(|alarm| self.end(*alarm))
+                .map(|alarm| (alarm, false))
+                .into_iter()
+                .collect();
         }
         if counts {
             self.unsighted += dt;
         }
         let c = &self.config;
         let limit = if self.sight == Alarm::CameraBlind { c.blindness.si() } else { c.silence.si() };
-        let (sight, late) = (self.sight, self.unsighted > limit);
-        (late && !self.is_unsighted() && self.raise(sight)).then_some((sight, true))
+        let sight = self.sight;
+        if self.unsighted <= limit || lasting == Some(sight) {
+            return Vec::new();
+        }
+        // What comes instead of a usable image may change: first none, then late ones.
+        let ended = lasting.filter(|alarm| self.end(*alarm)).map(|alarm| (alarm, false));
+        self.raise(sight);
+        ended.into_iter().chain([(sight, true)]).collect()
     }
 
     /// Takes the smoothed force on the hand in \[N\]: returns true if a large one has begun to last, false if one has ended.
@@ -267,7 +277,7 @@ mod tests {
         let mut still = watch();
         for _ in 0..600 {
             assert!(still.take_image(&image(1.0), at(0.0), true));
-            assert_eq!(still.look(DT, true), None);
+            assert_eq!(still.look(DT, true), []);
         }
     }
 

@@ -58,7 +58,8 @@ impl ExpertPicker {
         if watch.is_unsighted() {
             self.core.perception.blind = true;
         }
-        for (alarm, begins) in sight.into_iter().chain(load.map(|begins| (Alarm::ArmLoaded, begins))) {
+        let load = load.map(|begins| (Alarm::ArmLoaded, begins));
+        for (alarm, begins) in sight.into_iter().chain(load) {
             self.core.tell(alarm, begins, robot.time);
         }
     }
