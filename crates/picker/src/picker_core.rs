@@ -153,7 +153,8 @@ impl PickerCore {
         let then = self.memory.at(time);
         if let Some(watch) = &mut self.watch {
             let x_odom_camera = then.map(|then| then.x_odom_base * self.arm.camera(&then.q));
-            if !watch.take_image(depth, x_odom_camera, self.perception.shows(depth)) {
+            let excused = matches!(self.state, State::Deposit | State::Retreat);
+            if !watch.take_image(depth, x_odom_camera, self.perception.shows(depth), excused) {
                 return None;
             }
         }

@@ -116,15 +116,25 @@ impl Watch {
         true
     }
 
-    /// Takes an image in. `x_odom_camera` is the camera's pose when it was taken; `None` if that is not known any more. Returns false for one
-    /// that must not be used: it came too late, or is the last one again.
-    pub fn take_image(&mut self, depth: &DepthImage, x_odom_camera: Option<Pose>, shows: bool) -> bool {
+    /// Takes an image in. `x_odom_camera` is the camera's pose when it was taken; `None` if that is not known any more. `shows` is false for one
+    /// that shows nothing, `excused` true while the hand is at the bucket, where that is no fault. Returns false for one that must not be used: it
+    /// came too late, or is the last one again.
+    pub fn take_image(
+        &mut self,
+        depth: &DepthImage,
+        x_odom_camera: Option<Pose>,
+        shows: bool,
+        excused: bool,
+    ) -> bool {
         let Some(x) = x_odom_camera else {
             self.sight = Alarm::CameraLate;
             return false;
         };
         if !shows {
             self.sight = Alarm::CameraBlind;
+            if excused {
+                self.unsighted = 0.0;
+            }
             return true;
         }
         if let Some((last, at)) = &self.image
@@ -148,9 +158,8 @@ impl Watch {
         true
     }
 
-    /// Ends a frame of `dt` \[s\] for the camera: returns the alarms that begin or, with false, that end. `counts` is false while the hand is at
-    /// the bucket, where images show nothing.
-    pub fn look(&mut self, dt: f64, counts: bool) -> Vec<(Alarm, bool)> {
+    /// Ends a frame of `dt` \[s\] for the camera: returns the alarms that begin or, with false, that end.
+    pub fn look(&mut self, dt: f64) -> Vec<(Alarm, bool)> {
         let lasting = self.raised.iter().copied().find(|alarm| alarm.is_of_camera());
         if self.unsighted == 0.0 {
             self.unsighted = dt;
@@ -161,9 +170,7 @@ impl Watch {
                 .into_iter()
                 .collect();
         }
-        if counts {
-            self.unsighted += dt;
-        }
+        self.unsighted += dt;
         let c = &self.config;
         let limit = if self.sight == Alarm::CameraBlind { c.blindness.si() } else { c.silence.si() };
         let sight = self.sight;
@@ -253,31 +260,32 @@ mod tests {
             for k in 0..360 {
                 // A working camera at first and at last.
                 if !(60..300).contains(&k) {
-                    assert!(watch.take_image(&image(1.0 + k as f32), at(0.01 * f64::from(k)), true));
+                    assert!(watch.take_image(&image(1.0 + k as f32), at(0.01 * f64::from(k)), true, false));
                 } else {
                     frame(&mut watch, k);
                 }
-                events.extend(watch.look(DT, true));
+                events.extend(watch.look(DT));
             }
             events
         };
         let both = |alarm| vec![(alarm, true), (alarm, false)];
         assert_eq!(told(&|_, _| ()), both(Alarm::CameraSilent));
         let frozen = |watch: &mut Watch, k: u32| {
-            watch.take_image(&image(60.0), at(0.01 * f64::from(k)), true);
+            watch.take_image(&image(60.0), at(0.01 * f64::from(k)), true, false);
         };
         assert_eq!(told(&frozen), both(Alarm::CameraFrozen));
-        let late = |watch: &mut Watch, k: u32| assert!(!watch.take_image(&image(k as f32), None, true));
+        let late =
+            |watch: &mut Watch, k: u32| assert!(!watch.take_image(&image(k as f32), None, true, false));
         assert_eq!(told(&late), both(Alarm::CameraLate));
         let blind = |watch: &mut Watch, k: u32| {
-            watch.take_image(&image(f32::NAN), at(0.01 * f64::from(k)), false);
+            watch.take_image(&image(f32::NAN), at(0.01 * f64::from(k)), false, false);
         };
         assert_eq!(told(&blind), both(Alarm::CameraBlind));
         // A camera that stands still sees the same.
         let mut still = watch();
         for _ in 0..600 {
-            assert!(still.take_image(&image(1.0), at(0.0), true));
-            assert_eq!(still.look(DT, true), []);
+            assert!(still.take_image(&image(1.0), at(0.0), true, false));
+            assert_eq!(still.look(DT), []);
         }
     }
 

@@ -151,7 +151,7 @@ impl ExpertPicker {
             Stage::Opening { since } => {
                 let open = self.core.fingers_are_open(robot);
                 if open || robot.time - since >= self.config.place.open_time.si() {
-                    self.back_out(robot);
+                    self.back_out(grasp.refused, robot);
                     grasp.stage = Stage::Backing;
                 }
                 Next::Stay(Phase::Grasp(grasp), STILL)
@@ -260,18 +260,19 @@ impl ExpertPicker {
         Next::Stay(Phase::Grasp(grasp), STILL)
     }
 
-    /// Starts the hand back along the approach, to the look posture.
-    fn back_out(&mut self, robot: &RobotState) {
+    /// Starts the hand back along the approach, to the look posture; slowly if something stopped it.
+    fn back_out(&mut self, refused: bool, robot: &RobotState) {
         if let Some(attempt) = &self.core.attempt {
-            self.withdraw(-attempt.plan.direction(), robot);
+            let caution = if refused { Caution::High } else { Caution::Normal };
+            self.withdraw(-attempt.plan.direction(), caution, robot);
         }
     }
 
     /// Starts the hand along `direction` (base frame) by the length of an approach. An obstacle may have held the hand off its command, so
     /// the motion starts at its actual posture.
-    pub(crate) fn withdraw(&mut self, direction: Vec3, robot: &RobotState) {
-        let (distance, speed) =
-            (self.core.config.approach.look.si(), self.core.config.arm.approach_speed.si());
+    pub(crate) fn withdraw(&mut self, direction: Vec3, caution: Caution, robot: &RobotState) {
+        let distance = self.core.config.approach.look.si();
+        let speed = self.core.config.arm.approach_speed.si() * self.speed_share(caution);
         self.core.yield_arm(robot);
         self.core.motion.go_straight(&self.core.arm, direction, distance, speed, &self.core.config.arm);
         // A branch that presses on the hand would break within a few frames.

@@ -36,7 +36,8 @@ impl ExpertPicker {
     /// Velocity of the base towards the place [m/s, m/s, rad/s]; it gives the place up where something holds it.
     pub(crate) fn drive_onward(&mut self, onward: &mut Option<Onward>, robot: &RobotState) -> [f64; 3] {
         let Some(Onward { goal, stall, over, .. }) = onward else { return STILL };
-        if *over || self.is_blind(robot) || self.has(Alarm::ArmLoaded) {
+        // In the bucket the camera is too close to everything; the way is short and was seen.
+        if *over || self.is_unsighted() || self.has(Alarm::ArmLoaded) {
             return STILL;
         }
         let (core, c) = (&self.core, &self.core.config);

@@ -61,7 +61,7 @@ impl ExpertPicker {
             Stage::Opening(direction) => {
                 let open = self.core.fingers_are_open(robot);
                 if open || robot.time - retreat.since >= self.config.place.open_time.si() {
-                    self.withdraw(direction, robot);
+                    self.withdraw(direction, Caution::High, robot);
                     retreat.stage = Stage::Back;
                 }
             }

@@ -49,12 +49,11 @@ impl ExpertPicker {
     /// Watches camera and load in one frame, and tells what begins and ends.
     pub(crate) fn watch(&mut self, robot: &RobotState) {
         let state = self.state();
-        // In the bucket the camera is too close to everything; in grasp and pull the hand presses on purpose.
-        let looks = !matches!(state, State::Deposit | State::Retreat);
+        // In grasp and pull the hand presses on purpose.
         let force = if matches!(state, State::Grasp | State::Pull) { 0.0 } else { self.load };
         self.call_off(Alarm::ReadingNotFinite, robot.time);
         let Some(watch) = &mut self.core.watch else { return };
-        let (sight, load) = (watch.look(robot.dt, looks), watch.feel(force, robot.dt));
+        let (sight, load) = (watch.look(robot.dt), watch.feel(force, robot.dt));
         if watch.is_unsighted() {
             self.core.perception.blind = true;
         }
