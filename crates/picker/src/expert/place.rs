@@ -64,7 +64,8 @@ impl ExpertPicker {
             }
             return self.deposited(deposit.onward, robot);
         }
-        if !self.still_holds(robot) {
+        let holds = self.still_holds(robot);
+        if !holds && deposit.stage != Stage::Lowering {
             self.core.tell(Alarm::FruitLost, true, robot.time);
             return Next::Fail(FailureReason::Slipped);
         }
@@ -90,7 +91,9 @@ impl ExpertPicker {
         let weight = self.config.feel.touch_weight.si();
         deposit.press -= (self.core.tcp_force(robot).z + deposit.press) * weight;
         if deposit.stage == Stage::Lowering {
-            let landed = deposit.press > self.config.place.touch.si() || self.core.arm_stalled();
+            // What leaves the fingers here falls into the bucket.
+            let pressed = deposit.press > self.config.place.touch.si();
+            let landed = pressed || !holds || self.core.arm_stalled();
             if landed {
                 // Stops the hand from pressing on the pile.
                 self.core.yield_arm(robot);
