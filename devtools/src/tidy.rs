@@ -32,7 +32,7 @@ pub struct Args {
 }
 
 /// The crates, lowest first. A crate may use only crates that stand before it.
-const LAYERS: [&str; 39] = [
+const LAYERS: [&str; 40] = [
     "quantity",
     "spec",
     "geometry",
@@ -65,6 +65,7 @@ const LAYERS: [&str; 39] = [
     "recording",
     "report",
     "web",
+    "view",
     "program",
     "orchardbench",
     "python",

@@ -40,13 +40,7 @@ pub enum Reach {
 impl Grip {
     /// The thing within reach that a ray meets first, or else misses by the smallest angle, up to `grab_angle` \[rad\]. `p_world` \[m\] is the
     /// ray's start, `along` its direction. The robot must be met.
-    pub fn along(
-        world: &World,
-        p_world: &Vec3,
-        along: &Vec3,
-        grab_angle: f64,
-        reach: Reach,
-    ) -> Option<Self> {
+    pub fn along(world: &World, p_world: &Vec3, along: &Vec3, grab_angle: f64, reach: Reach) -> Option<Self> {
         let length = along.norm();
         if length.is_nan() || length <= 0.0 {
             return None;

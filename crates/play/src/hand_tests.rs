@@ -51,7 +51,9 @@ fn a_ray_grabs_what_it_meets_first_and_nothing_in_the_air() {
     let fruit = session.world().fruit_truth();
     let grabbed = fruit.iter().filter(|apple| {
         let (p, along) = ray_at(&apple.p_world);
-        session.grab(&p, &along, false, Reach::Tree).is_some_and(|place| (place - apple.p_world).norm() < 1e-12)
+        session
+            .grab(&p, &along, false, Reach::Tree)
+            .is_some_and(|place| (place - apple.p_world).norm() < 1e-12)
     });
     assert!(grabbed.count() * 2 > fruit.len());
     assert!(session.grab(&Vec3::new(0.0, 0.0, 30.0), &Vec3::z(), true, Reach::All).is_none());
@@ -152,7 +154,11 @@ fn the_robot_can_be_pulled_and_stays_finite() {
     let mut session = session();
     let base = session.world().handle().x_world_base(session.world().data()).translation.vector;
     let p = base + Vec3::new(0.0, 0.0, 5.0);
-    assert!(session.grab(&p, &-Vec3::z(), false, Reach::Tree).is_none_or(|place| (place - base).xy().norm() > 0.1));
+    assert!(
+        session
+            .grab(&p, &-Vec3::z(), false, Reach::Tree)
+            .is_none_or(|place| (place - base).xy().norm() > 0.1)
+    );
     let place = session.grab(&p, &-Vec3::z(), false, Reach::All).unwrap();
     assert!((place - base).xy().norm() < 0.01 && place.z > 0.05, "{place}");
     for _ in 0..120 {

@@ -204,8 +204,7 @@ fn colour_of(
         Label::Wood if world.rupture().is_debris(instance) => colour::DEBRIS,
         Label::Wood if wood == WoodPaint::Load => {
             let tree = world.tree();
-            let moment =
-                tree.stiffness[instance] * tree.bending_angle(world.model(), world.data(), instance);
+            let moment = tree.stiffness[instance] * tree.bending_angle(world.model(), world.data(), instance);
             load_colour(moment / tree.rupture_moment[instance])
         }
         Label::Wood => colour::WOOD,

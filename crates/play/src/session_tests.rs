@@ -38,7 +38,8 @@ fn a_person_takes_over_and_gives_back() {
     assert!(!session.is_taken_over() && session.jog().is_none());
     session.take_over();
     assert!(session.is_taken_over() && session.controller().is_none() && session.told().state.is_none());
-    let tcp = |session: &Session| session.world().handle().x_world_tcp(session.world().data()).translation.vector;
+    let tcp =
+        |session: &Session| session.world().handle().x_world_tcp(session.world().data()).translation.vector;
     let before = tcp(&session);
     session.wish(Wish { hand: [0.0, 0.0, 1.0], ..Wish::default() });
     (0..60).for_each(|_| session.step());
