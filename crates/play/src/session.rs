@@ -4,7 +4,7 @@ use orchard_geometry::Vec3;
 use orchard_picker::{Controller, Event, State};
 use orchard_robot::{Command, Observation};
 use orchard_world::truth::FruitState;
-use orchard_world::{Status, World, WorldEvent};
+use orchard_world::{Snapshot, SnapshotError, Status, World, WorldEvent};
 
 use crate::digest::{FrameDigest, frame_digest};
 use crate::grip::{Grip, Reach};
@@ -158,6 +158,17 @@ impl Session {
             }
         }
         self.events_read = events.len();
+    }
+
+    /// Brings the world to a moment that was kept of it. The driver begins anew there, and the hand is empty.
+    ///
+    /// # Errors
+    /// The snapshot is of another world; then nothing has changed.
+    pub fn restore(&mut self, moment: &Snapshot) -> Result<(), SnapshotError> {
+        self.world.restore(moment)?;
+        self.begin();
+        self.snapped = self.world.rupture().breaks().len() as u32;
+        Ok(())
     }
 
     /// The world.

@@ -10,6 +10,7 @@ mod marks;
 mod orbit;
 mod overlay;
 mod pace;
+mod recorded;
 mod stage;
 mod trace;
 #[cfg(feature = "window")]
@@ -21,7 +22,7 @@ pub use marks::{Marks, colour};
 pub use orbit::{Axes, Orbit};
 pub use overlay::{Overlay, Overlays};
 pub use pace::{Pace, SCALES};
-pub use stage::{Dials, NOBODY, Setup, Stage};
+pub use stage::{Dials, NOBODY, RECORDED, Setup, Stage};
 pub use trace::{Sample, Trace, contacts};
 
 /// Compiles and runs the example of the README.

@@ -4,11 +4,18 @@ use std::sync::Arc;
 
 use orchard_picker::{Controller, ControllerKind};
 use orchard_play::{Make, Session};
+use orchard_robot::Command;
 use orchard_scenario::{Changes, OptionValue, Options, Scenario, ScenarioError};
 use orchard_spec::Spec;
+use orchard_world::World;
+
+use crate::recorded::Reel;
 
 /// Name of the driver that does nothing.
 pub const NOBODY: &str = "nobody";
+
+/// Name of the driver that returns recorded commands.
+pub const RECORDED: &str = "recording";
 
 /// Paths of the dials in a world's config.
 const FOLIAGE: &str = "foliage.density";
@@ -51,6 +58,8 @@ pub struct Stage {
     dials: Dials,
     scenario: Scenario,
     session: Session,
+    /// The recorded episode on show, if it is one.
+    reel: Option<Reel>,
 }
 
 impl Stage {
@@ -71,17 +80,74 @@ impl Stage {
             index: setup.index,
         };
         let session = grow(&scenario, &dials)?;
-        Ok(Self { setup, dials, scenario, session })
+        Ok(Self { setup, dials, scenario, session, reel: None })
+    }
+
+    /// Shows a recorded episode: a world of a scenario at its start, and the commands of every frame.
+    pub fn of_recording(setup: Setup, scenario: Scenario, world: World, commands: Vec<Command>) -> Self {
+        let reel = Reel::new(commands, &world);
+        let make = reel.make(&world);
+        let dials = Dials {
+            preset: None,
+            foliage: None,
+            wind: None,
+            randomisation: None,
+            driver: RECORDED.to_owned(),
+            seed: setup.seed,
+            index: setup.index,
+        };
+        Self { setup, dials, scenario, session: Session::new(world, Some(make)), reel: Some(reel) }
+    }
+
+    /// Advances one frame. Returns false, and does nothing, at the end of a recording that nobody changed.
+    pub fn step(&mut self) -> bool {
+        let by_reel = self.dials.driver == RECORDED;
+        let at = self.session.world().frame();
+        if self.reel.as_ref().is_some_and(|reel| by_reel && reel.is_true() && at >= reel.frames()) {
+            return false;
+        }
+        self.session.step();
+        if let Some(reel) = &mut self.reel {
+            reel.keep(&self.session, by_reel);
+        }
+        true
+    }
+
+    /// Frames of the recording on show; `None` for a live world.
+    pub fn recorded_frames(&self) -> Option<u32> {
+        self.reel.as_ref().map(Reel::frames)
+    }
+
+    /// True for a live world, and for a recorded one in which nobody took part.
+    pub fn is_as_recorded(&self) -> bool {
+        self.reel.as_ref().is_none_or(Reel::is_true)
+    }
+
+    /// Goes to a frame of the recording on show, which drives again from there; a live world stays.
+    ///
+    /// # Errors
+    /// The kept moments are of another world.
+    pub fn seek(&mut self, frame: u32) -> Result<(), String> {
+        let Some(reel) = &mut self.reel else { return Ok(()) };
+        if self.dials.driver != RECORDED {
+            self.dials.driver = RECORDED.to_owned();
+            self.session.drive_by(Some(reel.make(self.session.world())));
+        }
+        reel.seek(&mut self.session, frame)
     }
 
     /// Grows the world that the dials ask for. If there is none, the present one stays.
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub fn turn(&mut self, dials: Dials) -> Result<(), String> {
+    pub fn turn(&mut self, mut dials: Dials) -> Result<(), String> {
+        if dials.driver == RECORDED {
+            // Another world has no recording.
+            dials.driver = self.scenario.names().controller.clone();
+        }
         let scenario = resolve(&self.setup, &dials).map_err(told)?;
         let session = grow(&scenario, &dials)?;
-        (self.scenario, self.session, self.dials) = (scenario, session, dials);
+        (self.scenario, self.session, self.dials, self.reel) = (scenario, session, dials, None);
         Ok(())
     }
 
@@ -91,6 +157,11 @@ impl Stage {
     /// There is none of that name.
     pub fn drive_by(&mut self, driver: &str) -> Result<(), String> {
         let dials = Dials { driver: driver.to_owned(), ..self.dials.clone() };
+        if let Some(reel) = self.reel.as_ref().filter(|_| driver == RECORDED) {
+            self.session.drive_by(Some(reel.make(self.session.world())));
+            self.dials = dials;
+            return Ok(());
+        }
         let scenario = resolve(&self.setup, &dials).map_err(told)?;
         self.session.drive_by(make(&scenario, &dials.driver)?);
         (self.scenario, self.dials) = (scenario, dials);
@@ -99,7 +170,11 @@ impl Stage {
 
     /// Brings the world back to its start.
     pub fn reset(&mut self) {
-        self.session.reset();
+        match self.reel {
+            // A recorded world goes back to the recorded start.
+            Some(_) if self.seek(0).is_ok() => {}
+            _ => self.session.reset(),
+        }
     }
 
     /// The dials.
@@ -132,6 +207,7 @@ impl Stage {
             names.push(given.value.clone());
         }
         names.push(NOBODY.to_owned());
+        names.extend(self.reel.as_ref().map(|_| RECORDED.to_owned()));
         names
     }
 

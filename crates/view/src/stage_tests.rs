@@ -58,3 +58,46 @@ fn drivers_change_in_the_middle() {
     assert!(stage.session().controller().is_some() && stage.drive_by("me").is_err());
     assert_eq!((stage.session().world().state_digest(), stage.dials().driver.as_str()), (digest, "expert"));
 }
+
+/// A recorded episode runs as it was recorded, and the same at every frame to which one goes; whoever takes part makes another world of it.
+#[test]
+fn a_recording_is_scrubbed() {
+    let scenario = Scenario::of(&[("controller", "expert")]).unwrap();
+    let (mut world, mut controller) = (scenario.world(20250704, 0, 0).unwrap(), scenario.controller());
+    let (mut commands, mut digests) = (Vec::new(), vec![world.state_digest()]);
+    for _ in 0..150 {
+        commands.push(controller.act(&world.observe()));
+        world.step(commands.last().unwrap());
+        digests.push(world.state_digest());
+    }
+    let setup = Setup {
+        options: Options::default(),
+        controllers: orchard_scenario::controllers(),
+        seed: 20250704,
+        index: 0,
+    };
+    let world = scenario.world(20250704, 0, 0).unwrap();
+    let mut stage = Stage::of_recording(setup, scenario, world, commands);
+    assert_eq!(stage.recorded_frames(), Some(150));
+    let digest = |stage: &Stage| stage.session().world().state_digest();
+    for frame in [70, 130, 61, 0, 150, 149, 7] {
+        stage.seek(frame).unwrap();
+        assert_eq!(digest(&stage), digests[frame as usize], "frame {frame}");
+    }
+    while stage.step() {}
+    assert!(digest(&stage) == digests[150] && stage.is_as_recorded());
+    stage.seek(100).unwrap();
+    stage.session_mut().take_over();
+    (0..10).for_each(|_| assert!(stage.step()));
+    assert!(!stage.is_as_recorded() && digest(&stage) != digests[110]);
+    stage.seek(110).unwrap();
+    assert!(stage.is_as_recorded() && digest(&stage) == digests[110]);
+    stage.drive_by(NOBODY).unwrap();
+    stage.step();
+    assert!(!stage.is_as_recorded());
+    stage.reset();
+    assert!(digest(&stage) == digests[0] && stage.dials().driver == RECORDED);
+    // Another world is no recording.
+    stage.turn(Dials { seed: 8, ..stage.dials().clone() }).unwrap();
+    assert!(stage.recorded_frames().is_none() && stage.dials().driver == "expert");
+}

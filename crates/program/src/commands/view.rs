@@ -22,7 +22,7 @@ use crate::program::Program;
                   mesa-vulkan-drivers draws without a graphics card.\n\n\
                   Examples:\n  orchard view --controller expert\n  orchard view --preset v-trellis --camera d435i --overlays leaves,depth,detections\n  \
                   orchard view --controller expert --frames 600 --overlays all --screenshot view.png\n  \
-                  orchard view --controller expert --frames 1800 --video frames   # then, for example: ffmpeg -r 30 -i frames/frame-%06d.png view.mp4"
+                  orchard view --recording results/bench-v1-quick-nominal/recordings/baseline-nominal-20250704-000.mcap\n  orchard view --controller expert --frames 1800 --video frames   # then, for example: ffmpeg -r 30 -i frames/frame-%06d.png view.mp4"
 )]
 pub struct Args {
     /// Seed of the population
@@ -39,6 +39,9 @@ pub struct Args {
     /// Width and height of the window or the pictures [px]
     #[arg(long, default_value = "1280x720", value_name = "WxH", value_parser = size)]
     size: [u32; 2],
+    /// Recording (.mcap) of an episode to show instead of a live world, from the folder `recordings` of a result
+    #[arg(long, value_name = "FILE.mcap", conflicts_with_all = ["seed", "index"])]
+    recording: Option<PathBuf>,
     /// Draw one picture after --frames frames into a PNG file instead of opening a window
     #[arg(long, value_name = "FILE.png", conflicts_with = "video")]
     screenshot: Option<PathBuf>,
@@ -68,22 +71,51 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     if let Some(file) = &args.screenshot {
         picture_file::check("--screenshot", file)?;
     }
-    let (index, scenario) = args.index.of(&args.scenario);
-    // Tells what is to be known of robot, tree and controller, as all commands do.
-    scenario.resolve(program)?;
-    let setup = Setup {
-        options: scenario.options()?,
-        controllers: program.controllers().to_vec(),
-        seed: args.seed,
-        index,
+    let stage = match &args.recording {
+        Some(file) => recorded(file, args, program)?,
+        None => live(args, program)?,
     };
-    let stage = Stage::new(setup).map_err(Failure::BadInput)?;
     let overlays = args.overlays.clone().unwrap_or_default();
     match (&args.screenshot, &args.video) {
         (Some(file), _) => screenshot(args, stage, overlays, file),
         (None, Some(folder)) => video(args, stage, overlays, folder),
         (None, None) => window::open(stage, overlays, args.size).map_err(refused),
     }
+}
+
+/// A live world of the given scenario.
+fn live(args: &Args, program: &Program) -> Result<Stage, Failure> {
+    let (index, scenario) = args.index.of(&args.scenario);
+    // Tells what is to be known of robot, tree and controller, as all commands do.
+    scenario.resolve(program)?;
+    let options = scenario.options()?;
+    let controllers = program.controllers().to_vec();
+    Stage::new(Setup { options, controllers, seed: args.seed, index }).map_err(Failure::BadInput)
+}
+
+/// The world of a recording, driven by the recorded commands.
+#[cfg(feature = "recording")]
+fn recorded(file: &Path, args: &Args, program: &Program) -> Result<Stage, Failure> {
+    let bad = |e: &dyn std::fmt::Display| Failure::BadInput(e.to_string());
+    let recording = orchard_recording::Recording::open(file).map_err(|e| bad(&e))?;
+    let config = orchard_recording::RecordingConfig::paper();
+    let harvest = super::replay::harvest(&recording, &config, &args.scenario, program)?;
+    let commands = recording.commands().map_err(|e| bad(&e))?;
+    let key = &recording.header().key;
+    let at = |e: &dyn std::fmt::Display| Failure::BadInput(format!("{}: {e}", file.display()));
+    let scenario = harvest.scenario_of(&key.condition).map_err(|e| at(&e))?;
+    let world = scenario.world(key.seed, key.world, key.repeat).map_err(|e| at(&e))?;
+    let options = orchard_scenario::Options::of_names(scenario.names()).map_err(|e| at(&e))?;
+    let controllers = program.controllers().to_vec();
+    let setup = Setup { options, controllers, seed: key.seed, index: key.world };
+    Ok(Stage::of_recording(setup, scenario, world, commands))
+}
+
+/// Reports the missing build feature.
+#[cfg(not(feature = "recording"))]
+fn recorded(_: &Path, _: &Args, _: &Program) -> Result<Stage, Failure> {
+    let line = "--recording: this program was built without the feature `recording`; build it with the default features";
+    Err(Failure::BadInput(line.to_owned()))
 }
 
 fn screenshot(args: &Args, stage: Stage, overlays: Overlays, file: &Path) -> Result<(), Failure> {

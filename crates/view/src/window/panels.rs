@@ -35,6 +35,9 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
             switches(viewer, ui);
         });
     });
+    if let Some(frames) = viewer.stage.recorded_frames() {
+        Panel::bottom("recording").resizable(false).show(ui, |ui| scrub(viewer, ui, frames));
+    }
     if viewer.overlays.has(Overlay::Plots) {
         Panel::bottom("plots").exact_size(BOTTOM).resizable(false).show(ui, |ui| {
             plots::show(&viewer.trace, ui);
@@ -87,6 +90,21 @@ fn run(viewer: &mut Viewer, ui: &mut Ui) {
     if let Some(action) = asked {
         viewer.act(ui, action);
     }
+}
+
+/// The frames of a recording, to go to any of them.
+fn scrub(viewer: &mut Viewer, ui: &mut Ui, frames: u32) {
+    let now = viewer.stage.session().world().frame();
+    let mut frame = now.min(frames);
+    ui.horizontal(|ui| {
+        let width = ui.available_width() - 190.0;
+        ui.spacing_mut().slider_width = width.max(100.0);
+        let text = if viewer.stage.is_as_recorded() { "as recorded" } else { "changed; go to a frame" };
+        let slider = ui.add(Slider::new(&mut frame, 0..=frames).text(text));
+        if slider.changed() && frame != now {
+            viewer.seek(frame);
+        }
+    });
 }
 
 /// Dials that grow another world.

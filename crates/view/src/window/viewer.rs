@@ -10,6 +10,7 @@ use eframe::egui::{
 use eframe::egui_wgpu::RenderState;
 use orchard_geometry::{Image, Vec3};
 use orchard_play::{Drawing, Mesh, Paint, Reach, WoodPaint};
+use orchard_robot::Command;
 
 use super::file::{without_alpha, write_png};
 use super::keys::{self, Action};
@@ -180,16 +181,23 @@ impl Viewer {
     fn step(&mut self) {
         let frame = self.frame_time();
         let owed = std::mem::take(&mut self.owed);
-        let due = owed.max(self.pace.due(self.elapsed, frame));
+        // Panels may be laid out twice for a picture; time passes once.
+        let elapsed = std::mem::take(&mut self.elapsed);
+        let due = owed.max(self.pace.due(elapsed, frame));
         let (start, mut steps) = (Instant::now(), 0);
         while steps < due && (owed > 0 || start.elapsed() < STEPPING) {
-            self.stage.session_mut().step();
+            if !self.stage.step() {
+                self.pace.paused = true;
+                break;
+            }
             self.trace.take(self.stage.session());
             steps += 1;
         }
-        (self.costs.stepping, self.costs.steps) = (start.elapsed(), steps);
-        if !self.pace.paused && self.elapsed > 0.0 {
-            let now = f64::from(steps) * frame / self.elapsed;
+        if steps > 0 || elapsed > 0.0 {
+            (self.costs.stepping, self.costs.steps) = (start.elapsed(), steps);
+        }
+        if !self.pace.paused && elapsed > 0.0 {
+            let now = f64::from(steps) * frame / elapsed;
             self.speed += 0.05 * (now - self.speed);
         }
     }
@@ -254,8 +262,11 @@ impl Viewer {
 
     /// Takes the robot over, or gives it back.
     pub(super) fn take_over(&mut self) {
-        self.closes = false;
         let session = self.stage.session_mut();
+        // A hand that holds something stays closed.
+        let half_open = 0.5 * session.world().robot().kinematics().finger_stroke();
+        let is_closed = |c: &Command| c.vacuum > 0.5 || c.finger_q < half_open;
+        self.closes = session.command().is_some_and(is_closed) && !session.is_taken_over();
         if session.is_taken_over() { session.give_back() } else { session.take_over() }
     }
 
@@ -272,7 +283,13 @@ impl Viewer {
         }
     }
 
-    /// Another world, or the same from its start.
+    /// Goes to a frame of the recording.
+    pub(super) fn seek(&mut self, frame: u32) {
+        self.message = self.stage.seek(frame).err();
+        self.begin();
+    }
+
+    /// Another world, or the same from another moment.
     fn begin(&mut self) {
         self.drawing = self.stage.session().drawing();
         self.renderer.forget_world();
