@@ -170,10 +170,10 @@ impl Stage {
 
     /// Brings the world back to its start.
     pub fn reset(&mut self) {
-        match self.reel {
-            // A recorded world goes back to the recorded start.
-            Some(_) if self.seek(0).is_ok() => {}
-            _ => self.session.reset(),
+        // A recorded world goes back to the recorded start.
+        let is_back = self.reel.is_some() && self.seek(0).is_ok();
+        if !is_back {
+            self.session.reset();
         }
     }
 
