@@ -23,6 +23,8 @@ impl Fineness {
     pub const TWIG: Self = Self { sides: 8, rings: 2 };
     /// For apples that fill a hundred pixels.
     pub const APPLE: Self = Self { sides: 16, rings: 5 };
+    /// For a sphere as large as a robot.
+    pub const SPHERE: Self = Self { sides: 40, rings: 10 };
 }
 
 /// A mesh as a list of triangles, three vertices each, [`MESH_FLOATS`] numbers a vertex.

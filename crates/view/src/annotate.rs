@@ -137,7 +137,7 @@ fn plan(marks: &mut Marks, session: &Session) {
     let p_hand = handle.x_world_tcp(data).translation.vector;
     if let Some(target) = target(session) {
         marks.ball(&target.p_world, target.radius * 1.15, colour::YELLOW, 0.45);
-        marks.line(&p_hand, &target.p_world, 0.5 * SHAFT, colour::YELLOW);
+        marks.line(&p_hand, &target.p_world, 0.7 * SHAFT, colour::YELLOW);
     }
     if let Some(command) = session.command() {
         let x_base_tcp = world.robot().kinematics().tcp(&command.arm_q.vector());

@@ -39,7 +39,7 @@ pub struct Marks {
 impl Marks {
     /// The meshes: capsule, ball, cone.
     pub fn meshes() -> [Mesh; 3] {
-        [Mesh::capsule(Fineness::TWIG), Mesh::capsule(Fineness::APPLE), Mesh::cone(SIDES)]
+        [Mesh::capsule(Fineness::TWIG), Mesh::capsule(Fineness::SPHERE), Mesh::cone(SIDES)]
     }
 
     /// The instances of each mesh. Their kind is the opacity, negative.

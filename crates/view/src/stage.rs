@@ -162,6 +162,11 @@ impl Stage {
             self.dials = dials;
             return Ok(());
         }
+        if driver == NOBODY {
+            self.session.drive_by(None);
+            self.dials = dials;
+            return Ok(());
+        }
         let scenario = resolve(&self.setup, &dials).map_err(told)?;
         self.session.drive_by(make(&scenario, &dials.driver)?);
         (self.scenario, self.dials) = (scenario, dials);

@@ -145,7 +145,7 @@ fn refused(e: ViewError) -> Failure {
     match e {
         ViewError::File(e) => Failure::of_file(&e),
         ViewError::Device(_) => Failure::Failed(e.to_string()),
-        ViewError::NoAdapter(_) | ViewError::NoScreen(_) | ViewError::Refused(_) => {
+        ViewError::NoAdapter(_) | ViewError::NoScreen | ViewError::Refused(_) => {
             Failure::BadInput(format!("view: {e}"))
         }
     }

@@ -26,9 +26,9 @@ pub enum ViewError {
     NoAdapter(String),
     /// There is no screen.
     #[error(
-        "no screen was found ({0}); run it on a desktop, or write a picture with --screenshot FILE.png, which needs no screen"
+        "no screen was found: neither DISPLAY nor WAYLAND_DISPLAY leads to one; run it on a desktop, or write a picture with --screenshot FILE.png, which needs no screen"
     )]
-    NoScreen(String),
+    NoScreen,
     /// A world or an option that cannot be used.
     #[error("{0}")]
     Refused(String),

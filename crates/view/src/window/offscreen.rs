@@ -77,7 +77,7 @@ impl Offscreen {
             ..RawInput::default()
         };
         viewer.set_elapsed(elapsed);
-        let output = self.context.run_ui(input, |ui| viewer.ui(ui, &self.state));
+        let mut output = self.context.run_ui(input, |ui| viewer.ui(ui, &self.state));
         let jobs = self.context.tessellate(output.shapes, output.pixels_per_point);
         let screen =
             ScreenDescriptor { size_in_pixels: self.size, pixels_per_point: output.pixels_per_point };
@@ -109,6 +109,7 @@ impl Offscreen {
         for id in &output.textures_delta.free {
             renderer.free_texture(id);
         }
+        output.textures_delta.clear();
         self.own_time = start.elapsed().saturating_sub(viewer.costs().stepping);
     }
 

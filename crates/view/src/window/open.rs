@@ -15,6 +15,9 @@ impl eframe::App for App {
     fn ui(&mut self, ui: &mut egui::Ui, frame: &mut Frame) {
         let Some(state) = frame.wgpu_render_state() else { return };
         self.0.set_elapsed(f64::from(ui.input(|input| input.unstable_dt)));
+        if let Some(time) = frame.info().cpu_usage {
+            self.0.set_window_time(f64::from(time));
+        }
         self.0.ui(ui, state);
         ui.ctx().request_repaint();
     }
@@ -40,7 +43,7 @@ pub fn open(stage: Stage, overlays: Overlays, size: [u32; 2]) -> Result<(), View
     eframe::run_native("orchard-view", options, Box::new(make)).map_err(|e| {
         let line = one_line(&e.to_string());
         match e {
-            eframe::Error::Winit(_) | eframe::Error::WinitEventLoop(_) => ViewError::NoScreen(line),
+            eframe::Error::Winit(_) | eframe::Error::WinitEventLoop(_) => ViewError::NoScreen,
             eframe::Error::Wgpu(_) => ViewError::NoAdapter(line),
             eframe::Error::AppCreation(_) => ViewError::Device(line),
         }

@@ -17,10 +17,10 @@ use crate::pace::SCALES;
 use crate::stage::Dials;
 
 /// Width of the panel of dials [points], and height of that of plots.
-const LEFT: f32 = 232.0;
-const BOTTOM: f32 = 130.0;
+const LEFT: f32 = 264.0;
+const BOTTOM: f32 = 140.0;
 /// Width of a picture of the wrist camera [points].
-const PICTURE: f32 = 288.0;
+const PICTURE: f32 = 232.0;
 /// Lines of the controller's log.
 const LINES: usize = 7;
 
@@ -33,6 +33,11 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
             dials(viewer, ui);
             ui.separator();
             switches(viewer, ui);
+            if let Some([rate, own]) = viewer.rate {
+                let (own, calls) = (own * 1e3, viewer.costs().draw_calls);
+                ui.add_space(6.0);
+                ui.weak(format!("{rate:.0} pictures a second, {own:.1} ms each, {calls} draw calls"));
+            }
         });
     });
     if let Some(frames) = viewer.stage.recorded_frames() {
@@ -40,7 +45,7 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
     }
     if viewer.overlays.has(Overlay::Plots) {
         Panel::bottom("plots").exact_size(BOTTOM).resizable(false).show(ui, |ui| {
-            plots::show(&viewer.trace, ui);
+            plots::show(&viewer.trace, ui, BOTTOM - 16.0);
         });
     }
 }

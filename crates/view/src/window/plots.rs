@@ -1,14 +1,14 @@
 //! Plots of contact force and fruit over time.
 
 use eframe::egui::{Ui, Vec2b};
-use egui_plot::{Legend, Line, Plot, PlotPoints};
+use egui_plot::{Corner, Legend, Line, Plot, PlotPoints};
 
 use super::viewer::shade;
 use crate::marks::colour;
 use crate::trace::{Sample, Trace};
 
-/// Shows both plots side by side.
-pub fn show(trace: &Trace, ui: &mut Ui) {
+/// Shows both plots side by side, of a height [points].
+pub fn show(trace: &Trace, ui: &mut Ui, height: f32) {
     let width = 0.5 * ui.available_width() - 4.0;
     let points = |figure: fn(&Sample) -> f64| -> PlotPoints<'_> {
         trace.samples().map(|sample| [sample.time, figure(sample)]).collect()
@@ -17,7 +17,8 @@ pub fn show(trace: &Trace, ui: &mut Ui) {
         let plot = |name: &str| {
             Plot::new(name.to_owned())
                 .width(width)
-                .legend(Legend::default())
+                .height(height)
+                .legend(Legend::default().position(Corner::LeftTop))
                 .allow_drag(Vec2b::FALSE)
                 .allow_zoom(Vec2b::FALSE)
                 .allow_scroll(Vec2b::FALSE)

@@ -71,6 +71,8 @@ pub struct Viewer {
     pub(super) shows_keys: bool,
     /// Rate of the world against the clock, smoothed.
     pub(super) speed: f64,
+    /// Pictures a second, and time of the window's thread for one without the steps of the world \[s\], smoothed; `None` without a window.
+    pub(super) rate: Option<[f64; 2]>,
     seen_frame: Option<u32>,
     drawing: Drawing,
     marks: Marks,
@@ -82,6 +84,8 @@ pub struct Viewer {
     p_base: Vec3,
     elapsed: f64,
     owed: u32,
+    /// False where frames are stepped by [`Self::owe`] alone.
+    has_clock: bool,
     costs: Costs,
     /// Answers of pictures that are written when the window gives them.
     answers: (Sender<String>, Receiver<String>),
@@ -107,6 +111,7 @@ impl Viewer {
             closes: false,
             shows_keys: false,
             speed: 1.0,
+            rate: None,
             seen_frame: None,
             marks: Marks::default(),
             mark_meshes: Marks::meshes(),
@@ -116,6 +121,7 @@ impl Viewer {
             p_base,
             elapsed: 0.0,
             owed: 0,
+            has_clock: true,
             costs: Costs::default(),
             answers: channel(),
         }
@@ -136,15 +142,23 @@ impl Viewer {
         self.elapsed = elapsed;
     }
 
+    /// Tells the time that the window's thread took for the latest picture \[s\], the steps of the world included.
+    pub fn set_window_time(&mut self, time: f64) {
+        const NEW: f64 = 0.05;
+        let own = (time - self.costs.stepping.as_secs_f64()).max(0.0);
+        let [elapsed, mean] = self.rate.map_or([self.elapsed, own], |[rate, own]| [1.0 / rate, own]);
+        let elapsed = elapsed + NEW * (self.elapsed - elapsed);
+        self.rate = Some([1.0 / elapsed.max(1e-6), mean + NEW * (own - mean)]);
+    }
+
     /// Length of a frame of the world \[s\].
     pub fn frame_time(&self) -> f64 {
         self.stage.session().world().spec().sim.frame()
     }
 
-    /// Steps so many frames before the next picture, whatever the clock says.
+    /// Steps so many frames before the next picture, and from now on no others, whatever the clock says.
     pub fn owe(&mut self, frames: u32) {
-        self.owed = frames;
-        self.pace.paused = true;
+        (self.owed, self.has_clock) = (frames, false);
     }
 
     /// Costs of the latest picture.
@@ -183,9 +197,9 @@ impl Viewer {
         let owed = std::mem::take(&mut self.owed);
         // Panels may be laid out twice for a picture; time passes once.
         let elapsed = std::mem::take(&mut self.elapsed);
-        let due = owed.max(self.pace.due(elapsed, frame));
+        let due = if self.has_clock { self.pace.due(elapsed, frame) } else { owed };
         let (start, mut steps) = (Instant::now(), 0);
-        while steps < due && (owed > 0 || start.elapsed() < STEPPING) {
+        while steps < due && (!self.has_clock || start.elapsed() < STEPPING) {
             if !self.stage.step() {
                 self.pace.paused = true;
                 break;
@@ -196,7 +210,7 @@ impl Viewer {
         if steps > 0 || elapsed > 0.0 {
             (self.costs.stepping, self.costs.steps) = (start.elapsed(), steps);
         }
-        if !self.pace.paused && elapsed > 0.0 {
+        if self.has_clock && !self.pace.paused && elapsed > 0.0 {
             let now = f64::from(steps) * frame / elapsed;
             self.speed += 0.05 * (now - self.speed);
         }
