@@ -3,17 +3,20 @@
 mod device;
 mod file;
 mod keys;
+mod layout;
 mod looks;
 mod offscreen;
 mod open;
 mod panels;
 mod plots;
 mod renderer;
+mod video;
 mod viewer;
 
-pub use file::{Tally, video, write_png};
+pub use file::write_png;
 pub use offscreen::Offscreen;
 pub use open::open;
+pub use video::{Tally, video};
 pub use viewer::{Costs, Viewer};
 
 /// A viewer that cannot be shown. The message says what to do.

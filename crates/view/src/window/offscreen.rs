@@ -8,6 +8,7 @@ use orchard_geometry::Image;
 
 use super::ViewError;
 use super::device::{one_line, without_window};
+use super::layout;
 use super::viewer::Viewer;
 
 /// Bytes to which rows of a copied texture are aligned.
@@ -77,7 +78,7 @@ impl Offscreen {
             ..RawInput::default()
         };
         viewer.set_elapsed(elapsed);
-        let mut output = self.context.run_ui(input, |ui| viewer.ui(ui, &self.state));
+        let mut output = self.context.run_ui(input, |ui| layout::show(viewer, ui, &self.state));
         let jobs = self.context.tessellate(output.shapes, output.pixels_per_point);
         let screen =
             ScreenDescriptor { size_in_pixels: self.size, pixels_per_point: output.pixels_per_point };

@@ -3,8 +3,10 @@
 use eframe::egui::{self, ViewportBuilder};
 use eframe::{CreationContext, Frame, NativeOptions};
 
+use super::ViewError;
 use super::device::{configuration, one_line};
-use super::{ViewError, Viewer};
+use super::layout;
+use super::viewer::Viewer;
 use crate::overlay::Overlays;
 use crate::stage::Stage;
 
@@ -18,7 +20,7 @@ impl eframe::App for App {
         if let Some(time) = frame.info().cpu_usage {
             self.0.set_window_time(f64::from(time));
         }
-        self.0.ui(ui, state);
+        layout::show(&mut self.0, ui, state);
         ui.ctx().request_repaint();
     }
 }

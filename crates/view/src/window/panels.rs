@@ -9,8 +9,9 @@ use orchard_picker::Event;
 use orchard_play::load_colour;
 
 use super::keys::{self, Action};
+use super::looks::{INK, shade};
 use super::plots;
-use super::viewer::{INK, Viewer, WristPicture, shade};
+use super::viewer::{Viewer, WristPicture};
 use crate::annotate::{line, state_name};
 use crate::overlay::Overlay;
 use crate::pace::SCALES;

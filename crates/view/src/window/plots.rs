@@ -3,7 +3,7 @@
 use eframe::egui::{Ui, Vec2b};
 use egui_plot::{Corner, Legend, Line, Plot, PlotPoints};
 
-use super::viewer::shade;
+use super::looks::shade;
 use crate::marks::colour;
 use crate::trace::{Sample, Trace};
 

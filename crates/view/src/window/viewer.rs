@@ -15,7 +15,6 @@ use orchard_robot::Command;
 use super::file::{without_alpha, write_png};
 use super::keys::{self, Action};
 use super::renderer::{Lists, Renderer};
-use super::{looks, panels};
 use crate::annotate::{Seen, annotate};
 use crate::marks::Marks;
 use crate::orbit::Orbit;
@@ -41,8 +40,6 @@ pub struct Costs {
     pub steps: u32,
     /// Draw calls of the scene.
     pub draw_calls: u32,
-    /// Time of this thread for the rest, as far as it goes on here: the panels' triangles are made elsewhere.
-    pub drawing: Duration,
 }
 
 /// A picture of the wrist camera in the window.
@@ -166,9 +163,8 @@ impl Viewer {
         self.costs
     }
 
-    /// Takes input, steps the world and shows everything.
-    pub fn ui(&mut self, ui: &mut Ui, state: &RenderState) {
-        let start = Instant::now();
+    /// Takes the keys, steps the world, and brings pictures of the wrist camera up to date.
+    pub(super) fn advance(&mut self, ui: &Ui) {
         if !ui.ctx().egui_wants_keyboard_input() {
             let (actions, wish, view) =
                 ui.input(|input| (keys::actions(input), keys::wish(input, self.closes), keys::view(input)));
@@ -186,9 +182,6 @@ impl Viewer {
         self.step();
         self.follow();
         self.look_through_wrist(ui);
-        panels::show(self, ui);
-        self.show_scene(ui, state);
-        self.costs.drawing = start.elapsed().saturating_sub(self.costs.stepping);
     }
 
     /// Steps the frames that are due.
@@ -340,15 +333,11 @@ impl Viewer {
         ui.ctx().send_viewport_cmd(egui::ViewportCommand::Screenshot(callback));
     }
 
-    /// The picture of the world in the rest of the window, with the pointer's grip on it.
-    fn show_scene(&mut self, ui: &mut Ui, state: &RenderState) {
-        egui::CentralPanel::no_frame().show(ui, |ui| {
-            let rect = ui.max_rect();
-            let response = ui.interact(rect, ui.scope_id().with("scene"), Sense::click_and_drag());
-            self.point(ui, rect, &response);
-            self.draw(ui, rect, state);
-            panels::over_scene(self, ui, rect);
-        });
+    /// The picture of the world in a part of the window, with the pointer's grip on it.
+    pub(super) fn show_scene(&mut self, ui: &mut Ui, state: &RenderState, rect: Rect) {
+        let response = ui.interact(rect, ui.scope_id().with("scene"), Sense::click_and_drag());
+        self.point(ui, rect, &response);
+        self.draw(ui, rect, state);
     }
 
     /// Turns, moves and zooms the view, and pulls.
@@ -467,8 +456,3 @@ fn base(stage: &Stage) -> Vec3 {
 fn first_view(stage: &Stage) -> Orbit {
     Orbit::beside(&base(stage), stage.session().world().spec().tree.height.si())
 }
-
-/// Colour of a text over the scene.
-pub(super) const INK: Color32 = Color32::from_rgb(30, 30, 30);
-
-pub(super) use looks::colour as shade;
