@@ -1,6 +1,6 @@
 // Draws instances of small meshes with WebGL2: a draw call for each mesh, and one more for its shadow on level ground.
 
-// Numbers of a vertex (a, b, c, normal) and of an instance (place, rotation, sizes, colour, kind), as crates/web writes them.
+// Numbers of a vertex (a, b, c, normal) and of an instance (place, rotation, sizes, colour, kind), as crates/play writes them.
 const VERTEX = 12;
 const INSTANCE = 14;
 // Mesh of level ground.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use orchard_bench::store::write_bytes;
 use orchard_program::{Failure, Verdict};
-use orchard_web::{Ask, Session};
+use orchard_web::{Ask, Session, grow};
 use serde::{Deserialize, Serialize};
 
 use crate::{browser, python, web};
@@ -77,7 +77,7 @@ fn check(seconds: f64) -> Result<Verdict, Failure> {
     let folder = python::folder(SUITE);
     let weight = web::build(&folder.join("page"))?;
     let ask = Ask::default();
-    let session = Session::grow(&ask).map_err(|e| Failure::Failed(e.to_string()))?;
+    let session = grow(&ask).map_err(|e| Failure::Failed(e.to_string()))?;
     let frames = (seconds * session.told().frame_rate).round() as u32;
     let episode = Episode { ask, frames, seconds };
     let (asked, found) = (folder.join("episode.json"), folder.join("found.json"));

@@ -18,7 +18,7 @@ use crate::{check_learning, check_python, fuzz, reuse, tidy, workspace};
 /// Checks format, lints and order, then runs all tests.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Steps: cargo fmt --check, cargo clippy -D warnings, cargo doc -D warnings, cargo test --workspace, packages (cargo package of\n\
+    after_help = "Steps: cargo fmt --check, cargo clippy -D warnings, cargo doc -D warnings, cargo test --workspace, view (the viewer's window), packages (cargo package of\n\
                   every crate, and a controller built outside the workspace on the packaged crates), validate gpu, fuzz. Beside them run tidy, combinations (every\n\
                   preset x camera x controller, a short episode each), judge, check-statistics, read-back, check-report, check-web, check-network, check-python.\n\
                   All steps run; the last lines list the results and times of the steps, and the number of tests skipped without a graphics\n\
@@ -114,7 +114,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 fn all_steps(skipped: &std::path::Path) -> Vec<Step> {
-    let skipped = skipped.to_owned();
+    let (skipped, of_window) = (skipped.to_owned(), skipped.to_owned());
     vec![
         ("format", Box::new(|| cargo(&["fmt", "--all", "--check"], &[]))),
         ("clippy", Box::new(|| cargo(&[&CLIPPY[..], &["--", "-D", WARNINGS]].concat(), &[]))),
@@ -126,6 +126,7 @@ fn all_steps(skipped: &std::path::Path) -> Vec<Step> {
                 cargo(&[&all[..], &APART].concat(), &[(SKIPPED, skipped.as_ref())])
             }),
         ),
+        ("view", Box::new(move || window(&of_window))),
         ("packages", Box::new(reuse::check)),
         ("gpu", Box::new(validate::check_gpu)),
         ("fuzz", Box::new(|| fuzz::fuzz(fuzz::SECONDS))),
@@ -150,6 +151,14 @@ fn docs() -> Result<Verdict, Failure> {
         ("CLIPPY_ARGS", options.as_ref()),
     ];
     cargo(&[&all[..], &APART].concat(), &variables)
+}
+
+/// Tests the viewer's window, whose libraries no other step compiles, on pictures without a screen.
+fn window(skipped: &std::path::Path) -> Result<Verdict, Failure> {
+    // With the tools, so that all other crates are those of the other steps.
+    let packages = ["--package", "orchard-view", "--package", "devtools"];
+    let only = ["--features", "orchard-view/window", "--test", "window", "--quiet"];
+    cargo(&[&["test"], &packages[..], &only[..]].concat(), &[(SKIPPED, skipped.as_ref())])
 }
 
 fn quick_steps(skipped: &std::path::Path) -> Result<Vec<Step>, Failure> {

@@ -34,6 +34,9 @@ fn features(command: &str, args: &[String]) -> Vec<&'static str> {
     if command == "replay" || has("--record") {
         options.extend(["--features", "recording"]);
     }
+    if command == "view" {
+        options.extend(["--features", "view"]);
+    }
     if command == "demos" {
         options.extend(["--features", "demos"]);
     }

@@ -7,7 +7,7 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::commands::{
     bench_field, bench_v1, dataset, demos, detect, explain, export_tree, gallery, gpu_info, leaderboard,
-    merge, names, perf, render, replay, report, robot, scenario, validate, verify,
+    merge, names, perf, render, replay, report, robot, scenario, validate, verify, view,
 };
 use crate::failure::{EXIT_CODES, Failure};
 use crate::program::Program;
@@ -39,6 +39,7 @@ enum Command {
     Leaderboard(leaderboard::Args),
     Verify(verify::Args),
     Render(render::Args),
+    View(view::Args),
     Gallery(gallery::Args),
     ExportTree(export_tree::Args),
     Dataset(dataset::Args),
@@ -98,6 +99,7 @@ impl Program {
             Command::Leaderboard(args) => leaderboard::run(args, self),
             Command::Verify(args) => verify::run(args, self),
             Command::Render(args) => render::run(args, self),
+            Command::View(args) => view::run(args, self),
             Command::Gallery(args) => gallery::run(args),
             Command::ExportTree(args) => export_tree::run(args, self),
             Command::Dataset(args) => dataset::run(args, self),

@@ -9,10 +9,12 @@ use mcap::records::Record;
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{McapError, parse_record};
 use orchard_input::InputError;
+use orchard_robot::Command;
 use orchard_tasks::harvest::episode::EpisodeKey;
 use serde_json::Value;
 
 use crate::channel::Channel;
+use crate::command::CommandMessage;
 use crate::file::{FIELDS, FORMAT, Header, METADATA, RECORD};
 use crate::sink::Message;
 
@@ -148,6 +150,27 @@ impl Recording {
             Some((what, recorded, here)) => Err(other(path, what, recorded.clone(), here.clone())),
             None => Ok(()),
         }
+    }
+
+    /// Returns the command of every frame, from the first.
+    ///
+    /// # Errors
+    /// The file cannot be opened or read, or a command in it is none.
+    pub fn commands(&self) -> Result<Vec<Command>, RecordingError> {
+        let none = |problem: String| RecordingError::Foreign { path: self.path.clone(), problem };
+        let mut commands = Vec::new();
+        for message in self.messages()? {
+            let message = message?;
+            if message.channel == Channel::Command {
+                let read = serde_json::from_slice::<CommandMessage>(&message.data).ok();
+                let command = read.and_then(|read| Command::try_from(&read).ok());
+                let frame = commands.len();
+                commands.push(
+                    command.ok_or_else(|| none(format!("frame {frame} has no command that can be read")))?,
+                );
+            }
+        }
+        Ok(commands)
     }
 
     /// Returns the messages, in the order of the file.

@@ -12,8 +12,9 @@ use std::sync::Mutex;
 
 use orchard_geometry::Vec3;
 
+use orchard_play::{Reach, Session};
+
 use crate::ask::{Ask, AskError, menu};
-use crate::session::Session;
 
 /// The session, and the buffers.
 #[derive(Default)]
@@ -111,7 +112,7 @@ pub extern "C" fn offer() {
 pub extern "C" fn grow() -> u32 {
     with(|desk| {
         let text = String::from_utf8_lossy(&desk.input).into_owned();
-        let grown = Ask::from_json(&text).and_then(|ask| Session::grow(&ask));
+        let grown = Ask::from_json(&text).and_then(|ask| crate::grow(&ask));
         match grown {
             Ok(session) => {
                 desk.session = Some(session);
@@ -146,7 +147,7 @@ pub extern "C" fn step_watched(frames: u32) {
     });
 }
 
-/// Returns the figures of the present state, as JSON of [`crate::Told`].
+/// Returns the figures of the present state, as JSON of [`orchard_play::Told`].
 #[unsafe(no_mangle)]
 pub extern "C" fn tell() {
     with(|desk| {
@@ -182,7 +183,7 @@ pub extern "C" fn picture() {
 #[unsafe(no_mangle)]
 pub extern "C" fn grab(x: f64, y: f64, z: f64, along_x: f64, along_y: f64, along_z: f64, by_key: u32) {
     let (p_world, along) = (Vec3::new(x, y, z), Vec3::new(along_x, along_y, along_z));
-    with_session(|session| session.grab(&p_world, &along, by_key != 0));
+    with_session(|session| session.grab(&p_world, &along, by_key != 0, Reach::Tree));
 }
 
 /// Moves the pointer to which the hand pulls \[m\], world.

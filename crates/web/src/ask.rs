@@ -4,9 +4,11 @@ use std::sync::Arc;
 
 use orchard_perception::DetectorConfig;
 use orchard_picker::Kind;
+use orchard_play::{Make, Session};
 use orchard_quantity::Quantity;
 use orchard_robot::RobotModel;
 use orchard_spec::{Preset, Spec};
+use orchard_world::World;
 use serde::{Deserialize, Serialize};
 
 use crate::driver::Driver;
@@ -110,6 +112,24 @@ pub(crate) struct Parts {
     pub detector: DetectorConfig,
 }
 
+/// Grows the session that the options ask for.
+///
+/// # Errors
+/// An option that cannot be used, or a world that cannot be built.
+pub fn grow(ask: &Ask) -> Result<Session, AskError> {
+    let (seed, driver, parts) = (ask.seed()?, ask.driver()?, ask.parts()?);
+    let world = World::new(parts.spec, parts.robot.clone(), seed, ask.tree);
+    let world = world.map_err(|e| {
+        AskError(format!("tree {} of seed {seed} cannot be built: {e}; take another seed", ask.tree))
+    })?;
+    let (robot, detector) = (parts.robot, parts.detector);
+    let make: Option<Make> = match driver {
+        Driver::Controller(kind) => Some(Box::new(move || kind.controller(&robot, detector.clone()))),
+        Driver::Nobody => None,
+    };
+    Ok(Session::new(world, make))
+}
+
 /// Names of the presets.
 fn presets() -> Vec<&'static str> {
     Preset::ALL.iter().map(|preset| preset.name()).collect()
@@ -142,3 +162,7 @@ pub fn menu() -> String {
     };
     serde_json::to_string(&menu).unwrap_or_else(|e| unreachable!("names and numbers: {e}"))
 }
+
+#[cfg(test)]
+#[path = "ask_tests.rs"]
+mod tests;

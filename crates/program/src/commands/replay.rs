@@ -59,7 +59,7 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
 
 /// The worlds and the controller of a recording of this code version. The recording holds its scenario; given options must resolve to
 /// the same one.
-fn harvest(
+pub fn harvest(
     recording: &Recording,
     config: &RecordingConfig,
     scenario: &ScenarioArgs,

@@ -1,21 +1,23 @@
-//! Figures of the page: `configs/web/v1.toml`.
+//! Figures of a world that is played live: `configs/play/v1.toml`.
 
 use orchard_quantity::{ConfigError, Quantity, from_toml};
 use serde::{Deserialize, Serialize};
 
 /// The figures as TOML text.
-pub const V1_TOML: &str = include_str!("../configs/web/v1.toml");
+pub const V1_TOML: &str = include_str!("../configs/play/v1.toml");
 
-/// Figures of the page.
+/// Figures of a world that is played live.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct WebRules {
+pub struct PlayRules {
     /// Version; it is raised when a figure changes.
     pub version: String,
     /// The hand.
     pub hand: HandRules,
     /// The ground.
     pub ground: GroundRules,
+    /// The robot driven by hand.
+    pub jog: JogRules,
 }
 
 /// Figures of the hand.
@@ -42,7 +44,25 @@ pub struct GroundRules {
     pub extent: Quantity,
 }
 
-impl WebRules {
+/// Speeds of a robot that is driven by hand, at full deflection.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct JogRules {
+    /// Speed of the base.
+    pub base_speed: Quantity,
+    /// Turn rate of the base.
+    pub base_turn: Quantity,
+    /// Speed of the hand in the base frame.
+    pub hand_speed: Quantity,
+    /// Turn rate of the hand.
+    pub hand_turn: Quantity,
+    /// Time in which a speed is reached from rest.
+    pub rise: Quantity,
+    /// Distance by which the wished place of the hand may be ahead of a reachable one.
+    pub lead: Quantity,
+}
+
+impl PlayRules {
     /// Reads the figures from TOML text; `file` names it in errors.
     ///
     /// # Errors
@@ -56,7 +76,7 @@ impl WebRules {
     /// # Panics
     /// Never: the embedded file is read in this crate's tests.
     pub fn v1() -> Self {
-        match Self::from_toml("web/v1.toml", V1_TOML) {
+        match Self::from_toml("play/v1.toml", V1_TOML) {
             Ok(rules) => rules,
             Err(e) => unreachable!("embedded figures: {e}"),
         }
@@ -69,9 +89,9 @@ mod tests {
 
     #[test]
     fn the_embedded_figures_read_and_a_wrong_one_is_named() {
-        assert_eq!(WebRules::v1().version, "v1");
+        assert_eq!(PlayRules::v1().version, "v1");
         let text = V1_TOML.replacen("stiffness = { value = 400.0", "stiffness = { value = 0.0", 1);
-        let e = WebRules::from_toml("x.toml", &text).unwrap_err().to_string();
+        let e = PlayRules::from_toml("x.toml", &text).unwrap_err().to_string();
         assert!(e.starts_with("x.toml: hand.stiffness: "), "{e}");
     }
 }

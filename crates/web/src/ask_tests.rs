@@ -11,7 +11,7 @@ fn a_session_is_the_episode_of_the_benchmark() {
     let scenario = Scenario::of(&[("controller", "expert")]).unwrap();
     let mut world = scenario.world(20250704, 0, 0).unwrap();
     let mut controller = scenario.controller();
-    let mut session = Session::grow(&ask("expert")).unwrap();
+    let mut session = grow(&ask("expert")).unwrap();
     for _ in 0..120 {
         let command = controller.act(&world.observe());
         world.step(&command);
@@ -19,17 +19,6 @@ fn a_session_is_the_episode_of_the_benchmark() {
         assert_eq!(session.world().state_digest(), world.state_digest());
     }
     assert!(session.told().state.is_some() && session.told().time == 2.0);
-}
-
-#[test]
-fn a_reset_session_repeats_every_frame_and_watching_changes_nothing() {
-    let mut session = Session::grow(&ask("baseline")).unwrap();
-    let first: Vec<FrameDigest> = (0..30).map(|_| session.step_watched()).collect();
-    session.reset();
-    assert_eq!(session.told().frame, 0);
-    (0..29).for_each(|_| session.step());
-    assert_eq!(session.step_watched(), first[29]);
-    assert!(first.windows(2).all(|pair| pair[0] != pair[1]));
 }
 
 /// The names mean what they mean on the command line.
@@ -44,18 +33,8 @@ fn presets_are_those_of_scenarios() {
 }
 
 #[test]
-fn with_nobody_the_robot_stands() {
-    let mut session = Session::grow(&ask("nobody")).unwrap();
-    let base = |session: &Session| session.world().handle().x_world_base(session.world().data());
-    let start = base(&session);
-    (0..60).for_each(|_| session.step());
-    assert!((base(&session).translation.vector - start.translation.vector).norm() < 1e-3);
-    assert_eq!(session.told().state, None);
-}
-
-#[test]
 fn what_cannot_be_grown_is_named_with_what_can() {
-    let refused = |ask: Ask| Session::grow(&ask).map(|_| ()).unwrap_err().to_string();
+    let refused = |ask: Ask| grow(&ask).map(|_| ()).unwrap_err().to_string();
     let e = refused(Ask { seed: "12x".into(), ..Ask::default() });
     assert_eq!(e, "seed `12x` is no whole number from 0 to 18446744073709551615");
     assert!(refused(Ask { seed: String::new(), ..Ask::default() }).starts_with("seed `` is no"));
@@ -84,7 +63,7 @@ fn the_menu_has_the_names_that_can_be_asked_for() {
 #[test]
 fn the_foliage_dial_changes_the_leaves() {
     let leaves = |foliage| {
-        let session = Session::grow(&Ask { foliage: Some(foliage), ..ask("nobody") }).unwrap();
+        let session = grow(&Ask { foliage: Some(foliage), ..ask("nobody") }).unwrap();
         assert_eq!(session.told().foliage, foliage);
         session.world().skeleton().leaves.len()
     };

@@ -9,8 +9,9 @@ use orchard_geometry::Shape;
 use orchard_world::World;
 use orchard_world::truth::FruitState;
 
-use crate::hand::Grip;
+use crate::grip::Grip;
 use crate::mesh::{Fineness, Mesh};
+use crate::paint::{Colour, Paint, WoodPaint, load_colour};
 use crate::rules::GroundRules;
 
 /// Numbers of an instance: place (3), rotation as a quaternion x y z w (4), sizes (3), colour (3), kind (1).
@@ -36,12 +37,9 @@ pub struct Picture {
     pub instances: Vec<f32>,
 }
 
-/// Colour as sRGB, each channel 0 to 1.
-type Colour = [f32; 3];
-
 /// Colours told apart by all kinds of colour vision: those of fruit are of Okabe and Ito's palette, and far lighter or darker than leaves and wood.
 mod colour {
-    use super::Colour;
+    use crate::paint::Colour;
 
     /// Orange.
     pub const ON_TREE: Colour = [0.90, 0.62, 0.0];
@@ -73,21 +71,31 @@ const SQUARE: usize = 3;
 const BALL: usize = 4;
 const OWN: usize = 5;
 
-/// Collects the instances of every mesh.
-struct Drawing<'a> {
+/// Collects the instances of every mesh. It keeps the meshes from picture to picture of the same world.
+#[derive(Debug)]
+pub struct Drawing {
     meshes: Vec<Mesh>,
     instances: Vec<Vec<f32>>,
     /// Mesh of each hull and terrain, by the address of its shared shape.
     shared: BTreeMap<usize, usize>,
-    ground: &'a GroundRules,
+    ground: GroundRules,
 }
 
 impl Picture {
-    /// The picture of a world; the thing in the hand is highlighted.
+    /// The picture of a world in plain colours; the thing in the hand is highlighted.
     pub(crate) fn of(world: &World, grip: Option<&Grip>, ground: &GroundRules) -> Self {
-        let scene = world.picture_scene();
+        let mut drawing = Drawing::new(world, ground);
+        drawing.draw(world, grip, &Paint::default());
+        let groups = drawing.groups();
+        Self { groups, instances: drawing.instances.concat(), meshes: drawing.meshes }
+    }
+}
+
+impl Drawing {
+    /// A drawing of a world without instances.
+    pub fn new(world: &World, ground: &GroundRules) -> Self {
         let blade = BladeMesh::from_spec(&world.spec().foliage);
-        let mut drawing = Drawing {
+        Self {
             instances: vec![Vec::new(); OWN],
             meshes: vec![
                 Mesh::capsule(Fineness::TWIG),
@@ -97,21 +105,39 @@ impl Picture {
                 Mesh::capsule(Fineness::APPLE),
             ],
             shared: BTreeMap::new(),
-            ground,
-        };
+            ground: ground.clone(),
+        }
+    }
+
+    /// Lists the instances of the present state.
+    pub fn draw(&mut self, world: &World, grip: Option<&Grip>, paint: &Paint) {
+        self.instances.iter_mut().for_each(Vec::clear);
+        let scene = world.picture_scene();
         let fruit: Vec<FruitState> = world.fruit_truth().iter().map(|fruit| fruit.state).collect();
         for item in &scene.items {
-            drawing.push(item, colour_of(world, item, &fruit, grip));
+            if paint.leaves || item.label != Label::Leaf {
+                self.push(item, colour_of(world, item, &fruit, grip, paint.wood));
+            }
         }
-        let Drawing { meshes, instances, .. } = drawing;
+    }
+
+    /// The meshes so far.
+    pub fn meshes(&self) -> &[Mesh] {
+        &self.meshes
+    }
+
+    /// The instances of each mesh.
+    pub fn instances(&self) -> &[Vec<f32>] {
+        &self.instances
+    }
+
+    fn groups(&self) -> Vec<Group> {
         let count = |list: &Vec<f32>| list.len() / INSTANCE_FLOATS;
-        let groups =
-            instances.iter().enumerate().map(|(mesh, list)| Group { mesh, count: count(list) }).collect();
-        Self { meshes, groups, instances: instances.concat() }
+        self.instances.iter().enumerate().map(|(mesh, list)| Group { mesh, count: count(list) }).collect()
     }
 }
 
-impl Drawing<'_> {
+impl Drawing {
     fn push(&mut self, item: &Item, colour: Colour) {
         let (mesh, sizes) = match &item.geometry {
             Geometry::Blade { length, width, .. } => (BLADE, [*length, *width, 0.0]),
@@ -142,7 +168,13 @@ impl Drawing<'_> {
     }
 }
 
-fn colour_of(world: &World, item: &Item, fruit: &[FruitState], grip: Option<&Grip>) -> Colour {
+fn colour_of(
+    world: &World,
+    item: &Item,
+    fruit: &[FruitState],
+    grip: Option<&Grip>,
+    wood: WoodPaint,
+) -> Colour {
     let instance = item.instance as usize;
     let is_held = match (grip, item.label) {
         (Some(Grip::Wood { segment, .. }), Label::Wood) => *segment == instance,
@@ -170,6 +202,11 @@ fn colour_of(world: &World, item: &Item, fruit: &[FruitState], grip: Option<&Gri
         }
         Label::Wood if item.instance == NO_INSTANCE => colour::WOOD,
         Label::Wood if world.rupture().is_debris(instance) => colour::DEBRIS,
+        Label::Wood if wood == WoodPaint::Load => {
+            let tree = world.tree();
+            let moment = tree.stiffness[instance] * tree.bending_angle(world.model(), world.data(), instance);
+            load_colour(moment / tree.rupture_moment[instance])
+        }
         Label::Wood => colour::WOOD,
         Label::Robot if matches!(item.geometry, Geometry::Shape(Shape::Box { .. })) => colour::BASE,
         Label::Robot => colour::ROBOT,

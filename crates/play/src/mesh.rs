@@ -13,7 +13,7 @@ pub const MESH_FLOATS: usize = 12;
 
 /// Sides of a round mesh, and rings from its equator to a pole.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Fineness {
+pub struct Fineness {
     sides: usize,
     rings: usize,
 }
@@ -23,6 +23,8 @@ impl Fineness {
     pub const TWIG: Self = Self { sides: 8, rings: 2 };
     /// For apples that fill a hundred pixels.
     pub const APPLE: Self = Self { sides: 16, rings: 5 };
+    /// For a sphere as large as a robot.
+    pub const SPHERE: Self = Self { sides: 40, rings: 10 };
 }
 
 /// A mesh as a list of triangles, three vertices each, [`MESH_FLOATS`] numbers a vertex.
@@ -47,7 +49,7 @@ impl Mesh {
     }
 
     /// A capsule from the origin along z: sizes (radius, length, -). With length 0 it is a ball.
-    pub(crate) fn capsule(Fineness { sides, rings }: Fineness) -> Self {
+    pub fn capsule(Fineness { sides, rings }: Fineness) -> Self {
         let mut mesh = Self::default();
         // Latitudes of the lower half, then of the upper half, which the length lifts.
         let lower = (0..=rings).map(|k| (FRAC_PI_2 * (k as f64 / rings as f64 - 1.0), 0.0));
@@ -75,7 +77,7 @@ impl Mesh {
     }
 
     /// A box about the origin: sizes are its half-extents.
-    pub(crate) fn cuboid() -> Self {
+    pub fn cuboid() -> Self {
         let mut mesh = Self::default();
         let axes = [Vec3::x(), Vec3::y(), Vec3::z()];
         for k in 0..3 {
@@ -95,7 +97,7 @@ impl Mesh {
     }
 
     /// A leaf blade: sizes (length, width, -).
-    pub(crate) fn blade(blade: &BladeMesh) -> Self {
+    pub fn blade(blade: &BladeMesh) -> Self {
         let (along, across) = (blade.vertices(1.0, 0.0), blade.vertices(0.0, 1.0));
         let mut mesh = Self::default();
         for corners in triangles() {
@@ -105,7 +107,7 @@ impl Mesh {
     }
 
     /// A convex hull: sizes (scale, -, -).
-    pub(crate) fn hull(hull: &ConvexHull) -> Self {
+    pub fn hull(hull: &ConvexHull) -> Self {
         let mut mesh = Self::default();
         for face in hull.faces() {
             let corner = |k: u32| -> Vertex {
@@ -120,7 +122,7 @@ impl Mesh {
     }
 
     /// The surface of terrain: sizes (scale, -, -).
-    pub(crate) fn terrain(field: &HeightField) -> Self {
+    pub fn terrain(field: &HeightField) -> Self {
         let mut mesh = Self::default();
         for triangle in field.triangles(field.cells()) {
             mesh.push(triangle.map(|p| [p, Vec3::zeros(), Vec3::zeros(), Vec3::zeros()]));
@@ -128,8 +130,25 @@ impl Mesh {
         mesh
     }
 
+    /// A cone with its base about the origin and its tip on z: sizes (radius, length, -).
+    pub fn cone(sides: usize) -> Self {
+        let mut mesh = Self::default();
+        let rim = |side: usize| {
+            let (sin, cos) = math::sin_cos(TAU * (side % sides) as f64 / sides as f64);
+            Vec3::new(cos, sin, 0.0)
+        };
+        for side in 0..sides {
+            let (p, q) = (rim(side), rim(side + 1));
+            let flat = |a: Vec3, b: Vec3| -> Vertex { [a, b, Vec3::zeros(), Vec3::zeros()] };
+            let (zero, tip) = (Vec3::zeros(), Vec3::z());
+            mesh.push([flat(p, zero), flat(q, zero), flat(zero, tip)]);
+            mesh.push([flat(q, zero), flat(p, zero), flat(zero, zero)]);
+        }
+        mesh
+    }
+
     /// A level square about the origin: sizes (half its side, -, -).
-    pub(crate) fn square() -> Self {
+    pub fn square() -> Self {
         let corner =
             |x: f64, y: f64| -> Vertex { [Vec3::new(x, y, 0.0), Vec3::zeros(), Vec3::zeros(), Vec3::z()] };
         let mut mesh = Self::default();

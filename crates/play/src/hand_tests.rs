@@ -1,10 +1,15 @@
 use super::*;
-use crate::rules::WebRules;
+use crate::FrameDigest;
+use crate::grip::{Reach, nearest};
+use crate::rules::PlayRules;
 use crate::session::Session;
-use crate::{Ask, FrameDigest};
+use orchard_geometry::transform;
+use orchard_scenario::Scenario;
 
 fn session() -> Session {
-    Session::grow(&Ask { driver: "nobody".into(), foliage: Some(0.0), ..Ask::default() }).unwrap()
+    let scenario = Scenario::of(&[]).unwrap();
+    let bare = scenario.spec().with_figures("bare", &[("foliage.density", 0.0)]).unwrap();
+    Session::new(scenario.with_spec(bare).world(20250704, 0, 0).unwrap(), None)
 }
 
 /// Place and direction of a ray from 3 m away at a point.
@@ -23,9 +28,9 @@ fn grab_twig(session: &mut Session) -> Vec3 {
         let tip = Vec3::z() * world.skeleton().segments[segment].length;
         let p_tip = transform(world.data().x_world_body(world.tree().bodies[segment]), &tip);
         let (p, along) = ray_at(&p_tip);
-        if matches!(Grip::along(world, &p, &along, 0.0), Some(Grip::Wood { segment: s, .. }) if s == segment)
+        if matches!(Grip::along(world, &p, &along, 0.0, Reach::Tree), Some(Grip::Wood { segment: s, .. }) if s == segment)
         {
-            return session.grab(&p, &along, false).unwrap();
+            return session.grab(&p, &along, false, Reach::Tree).unwrap();
         }
     }
     panic!("no twig in sight");
@@ -46,11 +51,13 @@ fn a_ray_grabs_what_it_meets_first_and_nothing_in_the_air() {
     let fruit = session.world().fruit_truth();
     let grabbed = fruit.iter().filter(|apple| {
         let (p, along) = ray_at(&apple.p_world);
-        session.grab(&p, &along, false).is_some_and(|place| (place - apple.p_world).norm() < 1e-12)
+        session
+            .grab(&p, &along, false, Reach::Tree)
+            .is_some_and(|place| (place - apple.p_world).norm() < 1e-12)
     });
     assert!(grabbed.count() * 2 > fruit.len());
-    assert!(session.grab(&Vec3::new(0.0, 0.0, 30.0), &Vec3::z(), true).is_none());
-    assert!(session.grab(&Vec3::new(0.0, 0.0, 30.0), &Vec3::zeros(), true).is_none());
+    assert!(session.grab(&Vec3::new(0.0, 0.0, 30.0), &Vec3::z(), true, Reach::All).is_none());
+    assert!(session.grab(&Vec3::new(0.0, 0.0, 30.0), &Vec3::zeros(), true, Reach::All).is_none());
     assert!(session.told().pull.is_none());
 }
 
@@ -69,7 +76,7 @@ fn a_twig_follows_the_pointer_and_comes_to_rest() {
         assert!((p - target).norm() < 0.06, "frame {frame}: it swings {p}");
         if frame > 230 {
             assert!((p - last).norm() < 1e-4, "frame {frame}: it moves {}", (p - last).norm());
-            let spring = WebRules::v1().hand.stiffness.si() * (target - p).norm();
+            let spring = PlayRules::v1().hand.stiffness.si() * (target - p).norm();
             assert!((pull.force - spring).abs() < 0.05 * spring.max(0.1), "{} {spring}", pull.force);
         }
         last = p;
@@ -90,7 +97,7 @@ fn a_branch_snaps_and_the_hand_lets_go() {
         let told = session.told();
         assert!(told.fault.is_none() && frames < 600, "{told:?}");
         let force = told.pull.map_or(0.0, |pull| pull.force);
-        assert!(force <= WebRules::v1().hand.largest_force.si() * (1.0 + 1e-12));
+        assert!(force <= PlayRules::v1().hand.largest_force.si() * (1.0 + 1e-12));
     }
     assert!(session.told().snapped > 0);
     (0..60).for_each(|_| session.step());
@@ -106,9 +113,9 @@ fn a_pulled_apple_comes_off_its_stem() {
         .enumerate()
         .find_map(|(k, apple)| {
             let (p, along) = ray_at(&apple.p_world);
-            let grip = Grip::along(session.world(), &p, &along, 0.0)?;
+            let grip = Grip::along(session.world(), &p, &along, 0.0, Reach::Tree)?;
             (grip == Grip::Fruit { fruit: k })
-                .then(|| session.grab(&p, &along, false).map(|place| (k, place)))?
+                .then(|| session.grab(&p, &along, false, Reach::Tree).map(|place| (k, place)))?
         })
         .unwrap();
     session.pull_to(&(place + Vec3::new(0.0, 0.0, -1.0)));
@@ -139,4 +146,30 @@ fn an_empty_hand_leaves_every_bit() {
     let data = session.world().data();
     let forces = data.body_force_world.iter().chain(&data.body_torque_world).chain(&data.point_force_world);
     assert!(session.told().fault.is_none() && forces.clone().all(|force| *force == Vec3::zeros()));
+}
+
+/// Pulled sideways at its chassis, the robot gives way, and comes to rest again when the hand lets go.
+#[test]
+fn the_robot_can_be_pulled_and_stays_finite() {
+    let mut session = session();
+    let base = session.world().handle().x_world_base(session.world().data()).translation.vector;
+    let p = base + Vec3::new(0.0, 0.0, 5.0);
+    assert!(
+        session
+            .grab(&p, &-Vec3::z(), false, Reach::Tree)
+            .is_none_or(|place| (place - base).xy().norm() > 0.1)
+    );
+    let place = session.grab(&p, &-Vec3::z(), false, Reach::All).unwrap();
+    assert!((place - base).xy().norm() < 0.01 && place.z > 0.05, "{place}");
+    for _ in 0..120 {
+        session.pull_to(&(place + Vec3::new(0.0, 2.0, 0.0)));
+        session.step();
+    }
+    let force = session.told().pull.unwrap().force;
+    assert!(force > 10.0 && force <= PlayRules::v1().hand.largest_force.si() * (1.0 + 1e-12), "{force}");
+    let pulled = session.world().handle().x_world_base(session.world().data()).translation.vector;
+    session.release();
+    (0..120).for_each(|_| session.step());
+    assert!(session.told().fault.is_none());
+    println!("pulled by {force} N: {}", pulled - base);
 }

@@ -1,0 +1,169 @@
+//! Marks of the overlays over the present state of a world.
+
+use orchard_geometry::{Pose, Vec3, transform};
+use orchard_picker::{Event, State};
+use orchard_play::Session;
+use orchard_world::World;
+
+use crate::marks::{Marks, colour};
+use crate::overlay::{Overlay, Overlays};
+use crate::trace::contacts;
+
+/// Length of an arrow over its force [m/N], and the longest arrow \[m\].
+const FORCE_SCALE: f64 = 0.01;
+const LONGEST: f64 = 0.8;
+/// Radius of an arrow's shaft \[m\].
+const SHAFT: f64 = 0.006;
+
+/// A sphere that the detector found in the latest image.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Seen {
+    /// Centre \[m\], world.
+    pub p_world: Vec3,
+    /// Radius \[m\].
+    pub radius: f64,
+    /// Probability that it is a fruit, as the detector judges.
+    pub score: f64,
+}
+
+/// A controller's target: centre \[m\], world, and radius \[m\].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Target {
+    /// Centre \[m\], world.
+    pub p_world: Vec3,
+    /// Radius \[m\].
+    pub radius: f64,
+}
+
+/// The target that a controller has committed to, from its log.
+pub fn target(session: &Session) -> Option<Target> {
+    let events = &session.controller()?.record().events;
+    let open = events.iter().rev().find_map(|event| match event {
+        Event::AttemptStarted { p_odom, radius, .. } => Some(Some((*p_odom, *radius))),
+        Event::AttemptEnded { .. } => Some(None),
+        _ => None,
+    })?;
+    let (p_odom, radius) = open?;
+    Some(Target { p_world: transform(&session.world().x_world_odom(), &p_odom), radius })
+}
+
+/// A line of text for an event of a controller's log.
+pub fn line(event: &Event) -> String {
+    match event {
+        Event::StateChanged { time, state } => format!("{time:6.1} s  {}", state_name(*state)),
+        Event::AttemptStarted { time, id, .. } => format!("{time:6.1} s  attempt {id}: target"),
+        Event::Grasped { time, id, width } => {
+            format!("{time:6.1} s  attempt {id}: grasped, {:.0} mm", width * 1e3)
+        }
+        Event::StemGaveWay { time, id, pull } => {
+            format!("{time:6.1} s  attempt {id}: stem gave way, {pull:.0} N")
+        }
+        Event::Yielded { time, id, force } => format!("{time:6.1} s  attempt {id}: gave way, {force:.0} N"),
+        Event::AttemptEnded { time, id, end } => format!("{time:6.1} s  attempt {id}: {}", ended(end)),
+        Event::GaveUp { time, .. } => format!("{time:6.1} s  gave up"),
+    }
+}
+
+/// Words for the end of an attempt.
+fn ended(end: &orchard_picker::AttemptEnd) -> String {
+    match end {
+        orchard_picker::AttemptEnd::Deposited => "deposited".to_owned(),
+        orchard_picker::AttemptEnd::Failed(reason) => {
+            // `NoFruitAtDetection` as "no fruit at detection".
+            let name = format!("{reason:?}");
+            let words = name.chars().enumerate().flat_map(|(k, letter)| {
+                let space = (k > 0 && letter.is_uppercase()).then_some(' ');
+                space.into_iter().chain(letter.to_lowercase())
+            });
+            words.collect()
+        }
+    }
+}
+
+/// Name of a controller's state.
+pub fn state_name(state: State) -> &'static str {
+    match state {
+        State::Scan => "scan",
+        State::Align => "align",
+        State::Reach => "reach",
+        State::Grasp => "grasp",
+        State::Pull => "pull",
+        State::Deposit => "deposit",
+        State::Retreat => "retreat",
+    }
+}
+
+/// Adds the marks of all overlays that are on, and of the hand's pull.
+pub fn annotate(marks: &mut Marks, session: &Session, overlays: &Overlays, seen: &[Seen]) {
+    marks.clear();
+    let world = session.world();
+    if let Some(pull) = session.pull() {
+        let (p, target) = (Vec3::from(pull.p_world), Vec3::from(pull.p_world_target));
+        marks.arrow(&p, &(target - p), SHAFT, colour::ORANGE);
+    }
+    if overlays.has(Overlay::Contacts) {
+        for contact in contacts(world) {
+            let way = contact.force_world * FORCE_SCALE;
+            let way = if way.norm() > LONGEST { way.normalize() * LONGEST } else { way };
+            marks.arrow(&contact.p_world, &way, SHAFT, colour::RED);
+        }
+    }
+    if overlays.has(Overlay::Detections) {
+        for Seen { p_world, radius, score } in seen {
+            // Surer detections are denser.
+            marks.ball(p_world, radius * 1.04, colour::BLUE, 0.25 + 0.5 * *score as f32);
+        }
+    }
+    if overlays.has(Overlay::Plan) {
+        plan(marks, session);
+    }
+    if overlays.has(Overlay::Reach) {
+        let (p_world, radius) = reach(world);
+        marks.ball(&p_world, radius, colour::SKY, 0.16);
+    }
+    if overlays.has(Overlay::Frames) {
+        let (handle, data) = (world.handle(), world.data());
+        marks.frame(&Pose::identity(), 0.5);
+        marks.frame(&handle.x_world_base(data), 0.4);
+        marks.frame(&handle.x_world_tcp(data), 0.15);
+        marks.frame(&handle.x_world_camera(data), 0.15);
+    }
+}
+
+/// The target, the way to it, and the commanded pose of the hand.
+fn plan(marks: &mut Marks, session: &Session) {
+    let world = session.world();
+    let (handle, data) = (world.handle(), world.data());
+    let p_hand = handle.x_world_tcp(data).translation.vector;
+    if let Some(target) = target(session) {
+        marks.ball(&target.p_world, target.radius * 1.15, colour::YELLOW, 0.45);
+        marks.line(&p_hand, &target.p_world, 0.7 * SHAFT, colour::YELLOW);
+    }
+    if let Some(command) = session.command() {
+        let x_base_tcp = world.robot().kinematics().tcp(&command.arm_q.vector());
+        marks.frame(&(handle.x_world_base(data) * x_base_tcp), 0.1);
+    }
+}
+
+/// The reach sphere: its centre, the origin of the arm's second joint \[m\], world, and its radius \[m\].
+pub fn reach(world: &World) -> (Vec3, f64) {
+    let own = world.robot().config().reach.as_ref().map(|reach| &reach.radius);
+    let radius = own.unwrap_or(&world.spec().episode.reach_radius).si();
+    (world.data().x_world_body(world.handle().arm[1]).translation.vector, radius)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use orchard_picker::{AttemptEnd, FailureReason};
+
+    #[test]
+    fn log_lines_are_words() {
+        let end = AttemptEnd::Failed(FailureReason::NoFruitAtDetection);
+        assert_eq!(
+            line(&Event::AttemptEnded { time: 12.34, id: 3, end }),
+            "  12.3 s  attempt 3: no fruit at detection"
+        );
+        assert_eq!(line(&Event::StateChanged { time: 1.0, state: State::Scan }), "   1.0 s  scan");
+    }
+}

@@ -1,0 +1,296 @@
+//! The world on show, and the dials that grow another.
+
+use std::sync::Arc;
+
+use orchard_picker::{Controller, ControllerKind};
+use orchard_play::{Make, Session};
+use orchard_robot::Command;
+use orchard_scenario::{Changes, OptionValue, Options, Scenario, ScenarioError};
+use orchard_spec::Spec;
+use orchard_world::World;
+
+use crate::recorded::Reel;
+
+/// Name of the driver that does nothing.
+pub const NOBODY: &str = "nobody";
+
+/// Name of the driver that returns recorded commands.
+pub const RECORDED: &str = "recording";
+
+/// Paths of the dials in a world's config.
+const FOLIAGE: &str = "foliage.density";
+const WIND: &str = "wind.speed";
+
+/// Options of a viewer.
+pub struct Setup {
+    /// Options of the scenario.
+    pub options: Options,
+    /// Controllers of the program.
+    pub controllers: Vec<Arc<dyn ControllerKind>>,
+    /// Seed of the population.
+    pub seed: u64,
+    /// Index of the tree within the seed.
+    pub index: u32,
+}
+
+/// What a viewer can change without the command line. `None` leaves a part as the options say.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Dials {
+    /// Preset of the world.
+    pub preset: Option<String>,
+    /// Foliage.
+    pub foliage: Option<f64>,
+    /// Mean wind at the height of the canopy [m/s].
+    pub wind: Option<f64>,
+    /// Strength of the randomisation on all axes, 0 to 1.
+    pub randomisation: Option<f64>,
+    /// Name of the controller, or [`NOBODY`].
+    pub driver: String,
+    /// Seed.
+    pub seed: u64,
+    /// Index of the tree.
+    pub index: u32,
+}
+
+/// The world on show.
+pub struct Stage {
+    setup: Setup,
+    dials: Dials,
+    scenario: Scenario,
+    session: Session,
+    /// The recorded episode on show, if it is one.
+    reel: Option<Reel>,
+}
+
+impl Stage {
+    /// Grows the world of a setup.
+    ///
+    /// # Errors
+    /// An option that cannot be used, or a world that cannot be built; the message names it.
+    pub fn new(setup: Setup) -> Result<Self, String> {
+        let driver = setup.options.controller.as_ref().map(|given| given.value.clone());
+        let scenario = Scenario::resolve(&setup.options, &setup.controllers).map_err(told)?;
+        let dials = Dials {
+            preset: None,
+            foliage: None,
+            wind: None,
+            randomisation: None,
+            driver: driver.unwrap_or_else(|| scenario.names().controller.clone()),
+            seed: setup.seed,
+            index: setup.index,
+        };
+        let session = grow(&scenario, &dials)?;
+        Ok(Self { setup, dials, scenario, session, reel: None })
+    }
+
+    /// Shows a recorded episode: a world of a scenario at its start, and the commands of every frame.
+    pub fn of_recording(setup: Setup, scenario: Scenario, world: World, commands: Vec<Command>) -> Self {
+        let reel = Reel::new(commands, &world);
+        let make = reel.make(&world);
+        let dials = Dials {
+            preset: None,
+            foliage: None,
+            wind: None,
+            randomisation: None,
+            driver: RECORDED.to_owned(),
+            seed: setup.seed,
+            index: setup.index,
+        };
+        Self { setup, dials, scenario, session: Session::new(world, Some(make)), reel: Some(reel) }
+    }
+
+    /// Advances one frame. Returns false, and does nothing, at the end of a recording that nobody changed.
+    pub fn step(&mut self) -> bool {
+        let by_reel = self.dials.driver == RECORDED;
+        let at = self.session.world().frame();
+        if self.reel.as_ref().is_some_and(|reel| by_reel && reel.is_true() && at >= reel.frames()) {
+            return false;
+        }
+        self.session.step();
+        if let Some(reel) = &mut self.reel {
+            reel.keep(&self.session, by_reel);
+        }
+        true
+    }
+
+    /// Frames of the recording on show; `None` for a live world.
+    pub fn recorded_frames(&self) -> Option<u32> {
+        self.reel.as_ref().map(Reel::frames)
+    }
+
+    /// True for a live world, and for a recorded one in which nobody took part.
+    pub fn is_as_recorded(&self) -> bool {
+        self.reel.as_ref().is_none_or(Reel::is_true)
+    }
+
+    /// Goes to a frame of the recording on show, which drives again from there; a live world stays.
+    ///
+    /// # Errors
+    /// The kept moments are of another world.
+    pub fn seek(&mut self, frame: u32) -> Result<(), String> {
+        let Some(reel) = &mut self.reel else { return Ok(()) };
+        if self.dials.driver != RECORDED {
+            self.dials.driver = RECORDED.to_owned();
+            self.session.drive_by(Some(reel.make(self.session.world())));
+        }
+        reel.seek(&mut self.session, frame)
+    }
+
+    /// Grows the world that the dials ask for. If there is none, the present one stays.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn turn(&mut self, mut dials: Dials) -> Result<(), String> {
+        if dials.driver == RECORDED {
+            // Another world has no recording.
+            dials.driver = self.scenario.names().controller.clone();
+        }
+        let scenario = resolve(&self.setup, &dials).map_err(told)?;
+        let session = grow(&scenario, &dials)?;
+        (self.scenario, self.session, self.dials, self.reel) = (scenario, session, dials, None);
+        Ok(())
+    }
+
+    /// Lets another driver drive from now on, in the world as it is.
+    ///
+    /// # Errors
+    /// There is none of that name.
+    pub fn drive_by(&mut self, driver: &str) -> Result<(), String> {
+        let dials = Dials { driver: driver.to_owned(), ..self.dials.clone() };
+        if let Some(reel) = self.reel.as_ref().filter(|_| driver == RECORDED) {
+            self.session.drive_by(Some(reel.make(self.session.world())));
+            self.dials = dials;
+            return Ok(());
+        }
+        if driver == NOBODY {
+            self.session.drive_by(None);
+            self.dials = dials;
+            return Ok(());
+        }
+        let scenario = resolve(&self.setup, &dials).map_err(told)?;
+        self.session.drive_by(make(&scenario, &dials.driver)?);
+        (self.scenario, self.dials) = (scenario, dials);
+        Ok(())
+    }
+
+    /// Brings the world back to its start.
+    pub fn reset(&mut self) {
+        // A recorded world goes back to the recorded start.
+        let is_back = self.reel.is_some() && self.seek(0).is_ok();
+        if !is_back {
+            self.session.reset();
+        }
+    }
+
+    /// The dials.
+    pub fn dials(&self) -> &Dials {
+        &self.dials
+    }
+
+    /// The scenario.
+    pub fn scenario(&self) -> &Scenario {
+        &self.scenario
+    }
+
+    /// The session.
+    pub fn session(&self) -> &Session {
+        &self.session
+    }
+
+    /// The session, to step it, pull and drive.
+    pub fn session_mut(&mut self) -> &mut Session {
+        &mut self.session
+    }
+
+    /// Names of the drivers: the program's controllers, that of the options, and nobody.
+    pub fn drivers(&self) -> Vec<String> {
+        let mut names: Vec<String> =
+            self.setup.controllers.iter().map(|kind| kind.name().to_owned()).collect();
+        if let Some(given) = &self.setup.options.controller
+            && !names.contains(&given.value)
+        {
+            names.push(given.value.clone());
+        }
+        names.push(NOBODY.to_owned());
+        names.extend(self.reel.as_ref().map(|_| RECORDED.to_owned()));
+        names
+    }
+
+    /// Range of the foliage dial.
+    pub fn foliage_range(&self) -> [f64; 2] {
+        self.scenario.spec().foliage.density.range()
+    }
+
+    /// Mean wind at the height of the canopy [m/s].
+    pub fn wind(&self) -> f64 {
+        self.scenario.spec().wind.as_ref().map_or(0.0, |wind| wind.speed.value())
+    }
+}
+
+fn told(e: ScenarioError) -> String {
+    e.to_string()
+}
+
+/// The scenario of a setup under dials.
+fn resolve(setup: &Setup, dials: &Dials) -> Result<Scenario, ScenarioError> {
+    let by_dial = |value: &str, dial: &str| Some(OptionValue::new(value, format!("the dial {dial}")));
+    let mut options = setup.options.clone();
+    if let Some(preset) = &dials.preset {
+        (options.config, options.tree) = (None, None);
+        (options.tree_unit, options.tree_plant) = (None, None);
+        options.preset = by_dial(preset, "preset");
+    }
+    if let Some(strength) = dials.randomisation {
+        options.randomisation = by_dial(&strength.to_string(), "randomisation");
+    }
+    if dials.driver != NOBODY {
+        options.controller = by_dial(&dials.driver, "driver");
+    }
+    let scenario = Scenario::resolve(&options, &setup.controllers)?;
+    let mut spec: Spec = (**scenario.spec()).clone();
+    let mut figures = Vec::new();
+    figures.extend(dials.foliage.map(|foliage| (FOLIAGE, foliage)));
+    if let Some(wind) = dials.wind {
+        if spec.wind.is_none() {
+            spec = in_wind(&spec)?;
+        }
+        figures.push((WIND, wind));
+    }
+    if figures.is_empty() && dials.wind.is_none() {
+        return Ok(scenario);
+    }
+    let changed = spec.with_figures("the dials", &figures);
+    changed.map(|spec| scenario.with_spec(spec)).map_err(|e| ScenarioError::new("the dials", e))
+}
+
+/// A world's config with still air that can blow.
+fn in_wind(spec: &Spec) -> Result<Spec, ScenarioError> {
+    let base = toml::Table::from_iter([("base".to_owned(), toml::Value::from("measured"))]);
+    let world = toml::Table::from_iter([("wind".to_owned(), toml::Value::Table(base))]);
+    Changes { world, ..Changes::default() }.of_world(spec, "the dial wind")
+}
+
+fn grow(scenario: &Scenario, dials: &Dials) -> Result<Session, String> {
+    let (seed, index) = (dials.seed, dials.index);
+    let make = make(scenario, &dials.driver)?;
+    let world = scenario.world(seed, index, 0);
+    let world = world.map_err(|e| format!("tree {index} of seed {seed} cannot be built: {e}"))?;
+    Ok(Session::new(world, make))
+}
+
+/// Makes controllers of a scenario; none for [`NOBODY`].
+fn make(scenario: &Scenario, driver: &str) -> Result<Option<Make>, String> {
+    if driver == NOBODY {
+        return Ok(None);
+    }
+    if scenario.controller_kind().needs_goal() {
+        let problem = "it needs a goal, which only the tasks reach-and-grasp and gentle give";
+        return Err(format!("controller {driver}: {problem}"));
+    }
+    let scenario = scenario.clone();
+    Ok(Some(Box::new(move || -> Box<dyn Controller> { scenario.controller() })))
+}
+
+#[cfg(test)]
+#[path = "stage_tests.rs"]
+mod tests;

@@ -1,0 +1,53 @@
+//! The window.
+
+use eframe::egui::{self, ViewportBuilder};
+use eframe::{CreationContext, Frame, NativeOptions};
+
+use super::ViewError;
+use super::device::{configuration, one_line};
+use super::layout;
+use super::viewer::Viewer;
+use crate::overlay::Overlays;
+use crate::stage::Stage;
+
+/// A viewer in a window.
+struct App(Viewer);
+
+impl eframe::App for App {
+    fn ui(&mut self, ui: &mut egui::Ui, frame: &mut Frame) {
+        let Some(state) = frame.wgpu_render_state() else { return };
+        self.0.set_elapsed(f64::from(ui.input(|input| input.unstable_dt)));
+        if let Some(time) = frame.info().cpu_usage {
+            self.0.set_window_time(f64::from(time));
+        }
+        layout::show(&mut self.0, ui, state);
+        ui.ctx().request_repaint();
+    }
+}
+
+/// Opens a window of a size \[points\], and returns when it is closed.
+///
+/// # Errors
+/// There is no screen or no graphics device.
+pub fn open(stage: Stage, overlays: Overlays, size: [u32; 2]) -> Result<(), ViewError> {
+    let [width, height] = size.map(|side| side as f32);
+    let options = NativeOptions {
+        viewport: ViewportBuilder::default().with_inner_size([width, height]).with_title("OrchardBench"),
+        wgpu_options: configuration(),
+        ..NativeOptions::default()
+    };
+    let make = move |creation: &CreationContext<'_>| -> Result<Box<dyn eframe::App>, _> {
+        let state = creation.wgpu_render_state.as_ref().ok_or("the window has no graphics device")?;
+        super::looks::set(&creation.egui_ctx);
+        let app: Box<dyn eframe::App> = Box::new(App(Viewer::new(stage, overlays, state)));
+        Ok(app)
+    };
+    eframe::run_native("orchard-view", options, Box::new(make)).map_err(|e| {
+        let line = one_line(&e.to_string());
+        match e {
+            eframe::Error::Winit(_) | eframe::Error::WinitEventLoop(_) => ViewError::NoScreen,
+            eframe::Error::Wgpu(_) => ViewError::NoAdapter(line),
+            eframe::Error::AppCreation(_) => ViewError::Device(line),
+        }
+    })
+}

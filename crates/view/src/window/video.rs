@@ -1,0 +1,72 @@
+//! Many pictures, one after another.
+
+use std::time::{Duration, Instant};
+
+use super::ViewError;
+use super::offscreen::Offscreen;
+use super::viewer::Viewer;
+
+/// Costs of many pictures.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Tally {
+    /// Pictures.
+    pub pictures: u32,
+    /// Time for all of them.
+    pub whole: Duration,
+    /// Time of this thread for them, without the steps of the world and without the wait for the device.
+    pub own: Duration,
+    /// Time of the world's steps.
+    pub stepping: Duration,
+    /// Largest number of draw calls of a picture.
+    pub draw_calls: u32,
+}
+
+impl Tally {
+    /// The figures in a line.
+    pub fn line(&self) -> String {
+        let (whole, each) = (self.whole.as_secs_f64(), |time: Duration| {
+            time.as_secs_f64() * 1e3 / f64::from(self.pictures.max(1))
+        });
+        let rate = f64::from(self.pictures) / whole.max(f64::MIN_POSITIVE);
+        let (own, stepping, calls) = (each(self.own), each(self.stepping), self.draw_calls);
+        format!(
+            "{} pictures, {rate:.1} a second; of each, viewer {own:.1} ms, world {stepping:.1} ms; at most {calls} draw calls of the scene",
+            self.pictures
+        )
+    }
+}
+
+/// Steps a number of frames of the world, with a picture after every `every` frames and at the end; the pictures go to `take` with their number, from 1.
+///
+/// # Errors
+/// The device failed, or `take` did.
+pub fn video(
+    screen: &mut Offscreen,
+    viewer: &mut Viewer,
+    frames: u32,
+    every: u32,
+    mut take: impl FnMut(u32, &Offscreen) -> Result<(), ViewError>,
+) -> Result<Tally, ViewError> {
+    let mut tally = Tally::default();
+    let frame = viewer.frame_time();
+    let (mut left, every) = (frames, every.max(1));
+    // The first picture loads fonts and meshes; it is not counted.
+    screen.draw(viewer, 0.0, Vec::new());
+    loop {
+        let steps = left.min(every);
+        let start = Instant::now();
+        viewer.owe(steps);
+        screen.draw(viewer, f64::from(steps) * frame, Vec::new());
+        screen.wait()?;
+        tally.whole += start.elapsed();
+        tally.own += screen.own_time();
+        tally.stepping += viewer.costs().stepping;
+        tally.draw_calls = tally.draw_calls.max(viewer.costs().draw_calls);
+        tally.pictures += 1;
+        left -= steps;
+        take(tally.pictures, screen)?;
+        if left == 0 {
+            return Ok(tally);
+        }
+    }
+}
