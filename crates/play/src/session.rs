@@ -16,7 +16,7 @@ use crate::rules::PlayRules;
 use crate::told::{Pull, Told};
 
 /// Makes a controller at the start of an episode.
-pub type Make = Box<dyn Fn() -> Box<dyn Controller>>;
+pub type Make = Box<dyn Fn() -> Box<dyn Controller> + Send>;
 
 /// A world with its driver and a hand. The driver is a controller, a person ([`Session::take_over`]), or nobody: then the robot stands as it started.
 pub struct Session {
