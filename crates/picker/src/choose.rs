@@ -21,17 +21,11 @@ impl PickerCore {
     /// Returns the choice of least cost among the nearest eligible tracks: nearest to the base where it can drive to any of them, else to the
     /// arm, which reaches only some of them.
     pub fn choose(&self, robot: &RobotState) -> Option<Choice> {
-        self.choose_among(robot, |_| true)
-    }
-
-    /// Returns the choice of least cost among the allowed tracks, as [`PickerCore::choose`].
-    pub fn choose_among(&self, robot: &RobotState, is_allowed: impl Fn(&Track) -> bool) -> Option<Choice> {
         if let Some(task) = &self.task {
             return self.place_for(&task.track(robot.time), robot);
         }
         let is_free = self.mobility.is_free();
-        let eligible =
-            self.perception.tracker.confirmed().filter(|t| is_allowed(t) && self.is_eligible(t, robot));
+        let eligible = self.perception.tracker.confirmed().filter(|t| self.is_eligible(t, robot));
         let mut tracks: Vec<(f64, Track)> = match is_free {
             true => eligible.map(|t| (self.least_drive(robot, t), *t)).collect(),
             false => eligible.filter_map(|t| Some((self.least_reach(robot, t)?, *t))).collect(),
@@ -139,8 +133,7 @@ impl PickerCore {
     ) -> Option<Choice> {
         let tree = self.perception.belief.p_odom();
         let from_trunk = (Vec3::new(goal.x, goal.y, 0.0) - tree).xy().norm();
-        let is_closed = || self.is_barred(robot, &goal);
-        if self.mobility.is_free() && (from_trunk < self.config.drive.trunk_clearance.si() || is_closed()) {
+        if self.mobility.is_free() && from_trunk < self.config.drive.trunk_clearance.si() {
             return None;
         }
         let there = goal.pose(robot.x_odom_base.translation.z);

@@ -6,7 +6,6 @@
 //! controller of this crate. [`Kind`] lists all controllers by name.
 
 mod align;
-mod barriers;
 mod baseline;
 mod blacklist;
 mod choose;
@@ -29,7 +28,6 @@ mod record;
 mod robot_state;
 mod scan;
 mod task;
-mod watch;
 
 pub use baseline::BaselinePicker;
 pub use config::{BASELINE_TOML, PickerConfig};
@@ -37,7 +35,7 @@ pub use controller_kind::{ControllerKind, CustomKind, ForeignKind, custom, forei
 pub use expert::{EXPERT_TOML, ExpertConfig, ExpertPicker};
 pub use goal::Goal;
 pub use kind::Kind;
-pub use record::{Alarm, AttemptEnd, AttemptId, Event, FailureReason, Fault, ImageReport, Record, State};
+pub use record::{AttemptEnd, AttemptId, Event, FailureReason, Fault, ImageReport, Record, State};
 pub use task::{ComplianceConfig, GOAL_TOML, GoalConfig, PushConfig};
 
 use orchard_robot::{Command, Observation};

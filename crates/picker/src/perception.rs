@@ -98,7 +98,8 @@ impl Perception {
         self.images = self.images.wrapping_add(1);
         let x_base_camera = arm.camera(&robot.q);
         let x_odom_camera = robot.x_odom_base * x_base_camera;
-        self.blind = !self.shows(depth);
+        let valid = depth.pixels().iter().filter(|z| z.is_finite() && **z > 0.0).count();
+        self.blind = (valid as f64) < self.config.blind_fraction.si() * depth.pixels().len() as f64;
         if !self.blind {
             self.last_sight = robot.time;
         }
@@ -125,12 +126,6 @@ impl Perception {
         }
         self.remember(depth, intrinsics, &ignored, &x_odom_camera);
         ImageReport { time: robot.time, detections: self.sightings.clone() }
-    }
-
-    /// True if an image has enough valid pixels to act on.
-    pub fn shows(&self, depth: &DepthImage) -> bool {
-        let valid = depth.pixels().iter().filter(|z| z.is_finite() && **z > 0.0).count();
-        valid as f64 >= self.config.blind_fraction.si() * depth.pixels().len() as f64
     }
 
     /// True if a point of the odom frame lies above the robot's deck, where only picked fruit can be.

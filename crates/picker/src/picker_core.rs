@@ -1,19 +1,16 @@
 //! Core of the controllers of this crate: perception, arm motion, fingers, the current attempt and the record.
 
-use crate::barriers::Barriers;
 use crate::blacklist::Blacklist;
 use crate::config::PickerConfig;
-use crate::drive::BaseGoal;
 use crate::mobility::Mobility;
 use crate::motion::ArmMotion;
 use crate::perception::Perception;
 use crate::plan::{GraspPlan, Search, Target, look_posture};
 use crate::postures::Postures;
-use crate::record::{Alarm, AttemptEnd, AttemptId, Event, Record, State};
+use crate::record::{AttemptEnd, AttemptId, Event, Record, State};
 use crate::robot_state::{Memory, RobotState};
 use crate::task::AssignedTask;
-use crate::watch::Watch;
-use orchard_geometry::{DepthImage, Intrinsics, Pose, Vec3, inverse_transform};
+use orchard_geometry::{Intrinsics, Pose, Vec3, inverse_transform};
 use orchard_perception::DetectorConfig;
 use orchard_robot::{ArmKinematics, Command, JointValues, JointVector, Observation, RobotModel, Wrench};
 
@@ -27,9 +24,6 @@ pub(crate) struct PickerCore {
     pub motion: ArmMotion,
     pub postures: Postures,
     pub blacklist: Blacklist,
-    pub barriers: Barriers,
-    /// Watch for faults; `None` for a controller that keeps none.
-    pub watch: Option<Watch>,
     pub fingers: Fingers,
     pub attempt: Option<Attempt>,
     /// Assigned task; `None` for a harvest.
@@ -86,8 +80,6 @@ impl PickerCore {
             perception: Perception::new(detector, &config, deck),
             motion: ArmMotion::new(arm.home()),
             blacklist: Blacklist::new(&config.blacklist),
-            barriers: Barriers::default(),
-            watch: None,
             fingers: Fingers {
                 opening: config.grasp.opening.si(),
                 force: config.grasp.force.si(),
@@ -114,11 +106,6 @@ impl PickerCore {
     /// Reads the sensors, processes the image and advances the arm's set point. Returns `None` if a reading is not finite.
     pub fn sense(&mut self, observation: &Observation) -> Option<RobotState> {
         let mut robot = RobotState::read(observation, self.last_time, &self.config.sensors)?;
-        let gap = self.config.sensors.longest_step.si();
-        let jumped = self.watch.as_mut().is_some_and(|w| w.bridge(&mut robot, self.memory.last(), gap));
-        if jumped {
-            self.record.events.push(Event::Alarm { time: robot.time, alarm: Alarm::OdometryJump });
-        }
         if let Some(last) = self.memory.last() {
             robot.accelerate_from(last);
         }
@@ -132,9 +119,8 @@ impl PickerCore {
         self.fresh_image = false;
         self.imaged = None;
         if let Some(depth) = &observation.depth
-            && let Some(then) = self.placed(depth, observation.depth_time)
+            && let Some(then) = self.memory.at(observation.depth_time)
         {
-            let then = &then;
             let report = self.perception.see(depth, &observation.intrinsics, then, &self.arm);
             self.record.images.push(report);
             self.fresh_image = (then.q - robot.q).amax() <= self.config.arm.arrived.si();
@@ -146,30 +132,6 @@ impl PickerCore {
         self.advanced = (robot.dt > 0.0).then(|| (q, (q - before) / robot.dt));
         self.watch_arm(&robot);
         Some(robot)
-    }
-
-    /// State of the robot when an image of `time` \[s\] was taken; `None` for an image that cannot be used.
-    fn placed(&mut self, depth: &DepthImage, time: f64) -> Option<RobotState> {
-        let then = self.memory.at(time);
-        if let Some(watch) = &mut self.watch {
-            let x_odom_camera = then.map(|then| then.x_odom_base * self.arm.camera(&then.q));
-            let excused = matches!(self.state, State::Deposit | State::Retreat);
-            if !watch.take_image(depth, x_odom_camera, self.perception.shows(depth), excused) {
-                return None;
-            }
-        }
-        then.cloned()
-    }
-
-    /// Tells that a lasting fault begins or is over, or that one has happened.
-    pub fn tell(&mut self, alarm: Alarm, begins: bool, time: f64) {
-        let told = if begins { Event::Alarm { time, alarm } } else { Event::AlarmEnded { time, alarm } };
-        self.record.events.push(told);
-    }
-
-    /// Time of the last observation that could be read \[s\].
-    pub fn last_time(&self) -> f64 {
-        self.last_time.unwrap_or(0.0)
     }
 
     /// Returns the command of a frame whose sensors could not be read: the last one, with the base and the set points at rest.
@@ -319,13 +281,6 @@ impl PickerCore {
         }
     }
 
-    /// Force that the hand exerts at the TCP \[N\], base axes, without what the base's own motion takes.
-    pub fn tcp_force_in_motion(&self, robot: &RobotState) -> Vec3 {
-        let gravity = Vec3::new(0.0, 0.0, -self.config.pull.gravity.si());
-        let RobotState { q, v, a, torque, .. } = robot;
-        self.arm.tcp_load_on_moving_base(q, v, a, torque, &robot.base_motion(), &gravity).force
-    }
-
     /// Points of the last images in the present base frame.
     pub fn points_base(&self, robot: &RobotState) -> Vec<Vec3> {
         self.perception.points().map(|p| inverse_transform(&robot.x_odom_base, p)).collect()
@@ -375,17 +330,6 @@ impl PickerCore {
             attempt.target = Target { p: track.p_odom, radius: track.radius };
             attempt.hits = track.hits;
         }
-    }
-
-    /// Remembers that something holds the base on its way to a goal.
-    pub fn note_barrier(&mut self, robot: &RobotState, goal: &BaseGoal) {
-        let tree = self.perception.belief.p_odom();
-        self.barriers.add(robot, goal, &tree, &self.config);
-    }
-
-    /// True if something has held the base between its place and a goal.
-    pub fn is_barred(&self, robot: &RobotState, goal: &BaseGoal) -> bool {
-        self.barriers.bar(robot, goal, &self.perception.belief.p_odom(), &self.config)
     }
 
     /// Records that the fingers hold the fruit.

@@ -14,8 +14,6 @@ pub(crate) struct Scan {
     /// Time in this posture at this place \[s\].
     dwelled: f64,
     stall: StallWatch,
-    /// Side to which the views go around the tree: 1 to the left, -1 to the right.
-    side: f64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,12 +31,12 @@ enum Place {
 impl Scan {
     /// Makes the memory for the start of an episode, where the tree is too far away to see fruit.
     pub fn at_start() -> Self {
-        Self { place: Place::View(None), ..Self::here() }
+        Self { place: Place::View(None), posture: 0, dwelled: 0.0, stall: StallWatch::default() }
     }
 
     /// Makes the memory for a scan from the present place, after an attempt.
     pub fn here() -> Self {
-        Self { place: Place::Here, posture: 0, dwelled: 0.0, stall: StallWatch::default(), side: 1.0 }
+        Self { place: Place::Here, posture: 0, dwelled: 0.0, stall: StallWatch::default() }
     }
 }
 
@@ -67,11 +65,7 @@ impl PickerCore {
             let (towards, arrived) =
                 self.mobility.towards(robot, &goal, &tree, &self.config.drive, tolerance);
             velocity = towards;
-            let stalled = scan.stall.is_stalled(robot, &velocity, &self.config.drive, self.patience());
-            if stalled && !arrived {
-                self.note_barrier(robot, &goal);
-            }
-            if arrived || stalled {
+            if arrived || scan.stall.is_stalled(robot, &velocity, &self.config.drive, self.patience()) {
                 scan.place = Place::There(goal);
                 velocity = STILL;
             }
@@ -86,7 +80,7 @@ impl PickerCore {
         }
         let choice = if self.perception.blind { None } else { self.choose(robot) };
         if choice.is_none() {
-            self.look_elsewhere(scan, robot);
+            self.look_elsewhere(scan);
         }
         (velocity, choice)
     }
@@ -104,7 +98,7 @@ impl PickerCore {
         (left.abs() > c.angle_tolerance.si()).then(|| (left * drive.gain.si()).clamp(-limit, limit))
     }
 
-    fn look_elsewhere(&self, scan: &mut Scan, robot: &RobotState) {
+    fn look_elsewhere(&self, scan: &mut Scan) {
         scan.dwelled = 0.0;
         scan.posture += 1;
         if scan.posture < self.postures.survey.len() && scan.place != Place::Here {
@@ -114,16 +108,8 @@ impl PickerCore {
         scan.place = match scan.place {
             Place::There(goal) => {
                 let p_goal = Vec3::new(goal.x, goal.y, 0.0);
-                let tree = self.perception.belief.p_odom();
-                let (bearing, c) = (bearing_of(&p_goal, &tree), &self.config.scan);
-                let on = |side: f64| math::wrap_angle(bearing + side * c.orbit_step.si());
-                let view = |bearing| BaseGoal::facing(&tree, bearing, c.standoff.si());
-                if self.is_barred(robot, &view(on(scan.side))) {
-                    scan.side = -scan.side;
-                }
-                let next = on(scan.side);
-                // Closed on both sides: it looks again from where it is.
-                Place::View((!self.is_barred(robot, &view(next))).then_some(next))
+                let bearing = bearing_of(&p_goal, &self.perception.belief.p_odom());
+                Place::View(Some(math::wrap_angle(bearing + self.config.scan.orbit_step.si())))
             }
             Place::Here => Place::View(None),
             on_the_way => on_the_way,

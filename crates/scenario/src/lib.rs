@@ -9,7 +9,6 @@ mod changes;
 mod controller;
 mod digest;
 mod error;
-mod faults;
 mod figures;
 mod limits;
 mod mesh_files;
@@ -163,10 +162,9 @@ impl Scenario {
         }
     }
 
-    /// Makes a controller at the start of an episode, behind the fault of the world's sensing, if it has one.
+    /// Makes a controller at the start of an episode.
     pub fn controller(&self) -> Box<dyn Controller> {
-        let controller = self.controller.controller(&self.robot, &self.detector);
-        faults::Faulty::wrap(controller, self.spec.sensing.as_ref().map(|s| &s.fault), &self.robot)
+        self.controller.controller(&self.robot, &self.detector)
     }
 
     /// Makes a controller at the start of a trial with a goal; `None` if this kind of controller cannot be given a goal.

@@ -17,57 +17,6 @@ pub struct SensingSpec {
     pub odometry: OdometrySpec,
     /// Joint sensors of the arm.
     pub joints: JointSensorSpec,
-    /// A fault of sensors or hand, between the robot and its controller.
-    pub fault: FaultSpec,
-}
-
-/// Kind of a fault.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum FaultKind {
-    /// Nothing fails.
-    None,
-    /// The camera delivers no image.
-    CameraDead,
-    /// The camera delivers its last image again and again, with the time at which it should have taken a new one.
-    CameraFrozen,
-    /// Images come later by `delay`.
-    CameraLate,
-    /// Every pixel of an image is not a number.
-    DepthNotFinite,
-    /// The odometry's frame jumps by `distance` and `turn` once, at the fault's beginning.
-    OdometryJump,
-    /// The fingers stay open once they are.
-    FingersStuck,
-    /// The arm's torque sensors read a weight of `load` at the hand, as of a limb that lies on it.
-    LimbOnArm,
-    /// The fingers open for `slip` on the way to the bucket, whenever the hand carries a fruit.
-    FruitLost,
-    /// A joint's reading is not a number.
-    ReadingNotFinite,
-}
-
-/// A fault, the time for which it lasts, and the figures of the kinds.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct FaultSpec {
-    /// Kind.
-    pub kind: FaultKind,
-    /// Time of the episode at which it begins.
-    pub from: Quantity,
-    /// Time of the episode at which it ends.
-    pub until: Quantity,
-    /// Additional delay of late images.
-    #[serde(deserialize_with = "delay")]
-    pub delay: Quantity,
-    /// Distance of a jump of the odometry.
-    pub distance: Quantity,
-    /// Turn of a jump of the odometry.
-    pub turn: Quantity,
-    /// Weight on the arm.
-    pub load: Quantity,
-    /// Time for which fingers lose a fruit.
-    pub slip: Quantity,
 }
 
 /// Errors of wheel odometry, as standard deviations of normal errors.

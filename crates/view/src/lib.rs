@@ -3,7 +3,7 @@
 //! A [`Stage`] holds any scenario's world with its driver and grows another as the dials are turned; a [`Pace`] says when it steps. An [`Orbit`] looks at
 //! it. [`Overlay`]s add marks ([`annotate()`]), pictures of the wrist camera ([`wrist`]) and plots ([`Trace`]).
 //!
-//! With the feature `window`, [`window::open`] shows all of it in a window, and [`window::Offscreen`] draws the same without one.
+//! With the feature `window`, `window::open` shows all of it in a window, and `window::Offscreen` draws the same without one.
 
 mod annotate;
 mod marks;

@@ -58,12 +58,7 @@ impl ExpertPicker {
         let Drive { velocity, stands } = match self.core.drive_to(&align.goal, &mut align.stall, blind, robot)
         {
             Ok(drive) => drive,
-            Err(reason) => {
-                if reason == FailureReason::Blocked {
-                    self.core.note_barrier(robot, &align.goal);
-                }
-                return Next::Fail(reason);
-            }
+            Err(reason) => return Next::Fail(reason),
         };
         if blind {
             return Next::Stay(Phase::Align(align), STILL);

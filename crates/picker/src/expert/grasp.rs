@@ -4,7 +4,7 @@ use crate::expert::views::Views;
 use crate::expert::{Caution, ExpertPicker, Next, Phase};
 use crate::picker_core::STILL;
 use crate::plan::{Target, grasp_depth, in_sweep};
-use crate::record::{Alarm, FailureReason};
+use crate::record::FailureReason;
 use crate::robot_state::RobotState;
 use orchard_geometry::{Pose, Vec3, inverse_transform};
 use orchard_robot::Obstacle;
@@ -40,11 +40,6 @@ enum Stage {
 impl Grasp {
     fn homing(views: Views, failed: u32) -> Self {
         Self { stage: Stage::Homing, views, failed, refused: false, push: 0.0 }
-    }
-
-    /// True while the hand moves to the fruit by its images.
-    pub fn is_homing(&self) -> bool {
-        self.stage == Stage::Homing
     }
 
     /// Starts by opening the fingers.
@@ -140,9 +135,6 @@ impl ExpertPicker {
                         return self.start_pull(grasp.failed);
                     }
                     grasp.stage = Stage::Holding;
-                } else if self.core.arm.cup().is_none() && self.core.fingers_are_open(robot) {
-                    self.raise(Alarm::HandStuck, robot.time);
-                    return Next::Fail(FailureReason::HandStuck);
                 } else {
                     return self.try_again(grasp, FailureReason::NoFruitAtDetection, robot);
                 }
@@ -151,7 +143,7 @@ impl ExpertPicker {
             Stage::Opening { since } => {
                 let open = self.core.fingers_are_open(robot);
                 if open || robot.time - since >= self.config.place.open_time.si() {
-                    self.back_out(grasp.refused, robot);
+                    self.back_out(robot);
                     grasp.stage = Stage::Backing;
                 }
                 Next::Stay(Phase::Grasp(grasp), STILL)
@@ -260,19 +252,18 @@ impl ExpertPicker {
         Next::Stay(Phase::Grasp(grasp), STILL)
     }
 
-    /// Starts the hand back along the approach, to the look posture; slowly if something stopped it.
-    fn back_out(&mut self, refused: bool, robot: &RobotState) {
+    /// Starts the hand back along the approach, to the look posture.
+    fn back_out(&mut self, robot: &RobotState) {
         if let Some(attempt) = &self.core.attempt {
-            let caution = if refused { Caution::High } else { Caution::Normal };
-            self.withdraw(-attempt.plan.direction(), caution, robot);
+            self.withdraw(-attempt.plan.direction(), robot);
         }
     }
 
     /// Starts the hand along `direction` (base frame) by the length of an approach. An obstacle may have held the hand off its command, so
     /// the motion starts at its actual posture.
-    pub(crate) fn withdraw(&mut self, direction: Vec3, caution: Caution, robot: &RobotState) {
-        let distance = self.core.config.approach.look.si();
-        let speed = self.core.config.arm.approach_speed.si() * self.speed_share(caution);
+    pub(crate) fn withdraw(&mut self, direction: Vec3, robot: &RobotState) {
+        let (distance, speed) =
+            (self.core.config.approach.look.si(), self.core.config.arm.approach_speed.si());
         self.core.yield_arm(robot);
         self.core.motion.go_straight(&self.core.arm, direction, distance, speed, &self.core.config.arm);
         // A branch that presses on the hand would break within a few frames.

@@ -1,17 +1,16 @@
 //! Deposit: bring the fruit out of the canopy and above the bucket, lower it onto the floor or the pile, and let go.
 
-use crate::expert::onward::Onward;
 use crate::expert::retreat::Retreat;
 use crate::expert::{ExpertPicker, Next, Phase};
 use crate::motion::WayPoint;
 use crate::picker_core::STILL;
-use crate::record::{Alarm, AttemptEnd, FailureReason};
+use crate::record::{AttemptEnd, FailureReason};
 use crate::robot_state::RobotState;
 use orchard_geometry::{Vec3, math};
 use orchard_robot::JointVector;
 
 /// Memory of the deposit state.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Deposit {
     /// Position of the base when the stem broke, odom \[m\].
     base_start: [f64; 2],
@@ -20,10 +19,6 @@ pub(crate) struct Deposit {
     /// Smoothed force with which the hand presses down \[N\].
     press: f64,
     stage: Stage,
-    /// Place to which the base drives once the hand is over the bucket.
-    onward: Option<Onward>,
-    /// Time for which a load on the arm has held it up \[s\].
-    held_up: f64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,7 +36,7 @@ enum Stage {
 impl Deposit {
     pub fn leaving(robot: &RobotState, withdrawn: f64) -> Self {
         let [x, y, _] = robot.base_pose;
-        Self { base_start: [x, y], withdrawn, press: 0.0, stage: Stage::Leaving, onward: None, held_up: 0.0 }
+        Self { base_start: [x, y], withdrawn, press: 0.0, stage: Stage::Leaving }
     }
 
     fn backed(&self, robot: &RobotState) -> f64 {
@@ -52,21 +47,16 @@ impl Deposit {
 impl ExpertPicker {
     pub(crate) fn deposit(&mut self, mut deposit: Deposit, robot: &RobotState) -> Next {
         let backed = deposit.backed(robot);
-        let leave = self.config.leave.clone();
+        let leave = &self.config.leave;
         let backing = backed < leave.base_distance.si() && !self.is_blind(robot);
-        let mut velocity = if backing { [-leave.base_speed.si(), 0.0, 0.0] } else { STILL };
-        if deposit.stage != Stage::Leaving && self.is_over_bucket(robot) {
-            velocity = self.drive_onward(&mut deposit.onward, robot);
-        }
+        let velocity = if backing { [-leave.base_speed.si(), 0.0, 0.0] } else { STILL };
         if let Stage::Opening { since } = deposit.stage {
             if robot.time - since < self.config.place.open_time.si() {
                 return Next::Stay(Phase::Deposit(deposit), velocity);
             }
-            return self.deposited(deposit.onward, robot);
+            return self.deposited(robot);
         }
-        let holds = self.still_holds(robot);
-        if !holds && deposit.stage != Stage::Lowering {
-            self.core.tell(Alarm::FruitLost, true, robot.time);
+        if !self.still_holds(robot) {
             return Next::Fail(FailureReason::Slipped);
         }
         let Some([above, low]) = self.slots.next() else {
@@ -75,25 +65,10 @@ impl ExpertPicker {
         if self.core.elapsed(robot) > self.core.config.timeout.transport.si() {
             return Next::Fail(FailureReason::MissedBucket);
         }
-        if self.has(Alarm::ArmLoaded) {
-            self.core.yield_arm(robot);
-            deposit.held_up += robot.dt;
-            if deposit.held_up > self.config.watch.wait.si() {
-                return Next::Fail(FailureReason::ArmLoaded);
-            }
-            return Next::Stay(Phase::Deposit(deposit), STILL);
-        }
-        if deposit.held_up > 0.0 {
-            let by_carry = (!self.is_over_bucket(robot)).then(|| self.by_carry());
-            self.swing_through(by_carry.into_iter().chain([WayPoint { q: above, blend: 0.0 }]));
-            (deposit.held_up, deposit.stage) = (0.0, Stage::Swinging);
-        }
         let weight = self.config.feel.touch_weight.si();
         deposit.press -= (self.core.tcp_force(robot).z + deposit.press) * weight;
         if deposit.stage == Stage::Lowering {
-            // What leaves the fingers here falls into the bucket.
-            let pressed = deposit.press > self.config.place.touch.si();
-            let landed = pressed || !holds || self.core.arm_stalled();
+            let landed = deposit.press > self.config.place.touch.si() || self.core.arm_stalled();
             if landed {
                 // Stops the hand from pressing on the pile.
                 self.core.yield_arm(robot);
@@ -110,7 +85,6 @@ impl ExpertPicker {
             if self.core.motion.is_over() || deposit.withdrawn + backed >= leave.distance.si() {
                 self.core.motion.stop();
                 self.swing_through([self.by_carry(), WayPoint { q: above, blend: 0.0 }]);
-                deposit.onward = self.onward(robot);
                 deposit.stage = Stage::Swinging;
             }
         } else if self.core.motion.is_over() && (robot.q - above).amax() <= self.config.place.arrived.si() {
@@ -138,11 +112,11 @@ impl ExpertPicker {
     }
 
     /// Ends the attempt: the fruit is in the bucket, and the arm rises.
-    fn deposited(&mut self, onward: Option<Onward>, robot: &RobotState) -> Next {
+    fn deposited(&mut self, robot: &RobotState) -> Next {
         self.core.conclude(robot, AttemptEnd::Deposited);
         self.leave_bucket(robot);
         self.slots.fill();
-        Next::Enter(Phase::Retreat(Retreat::from_bucket(onward, robot)))
+        Next::Enter(Phase::Retreat(Retreat::from_bucket(robot)))
     }
 
     /// True if the hand is above or in the bucket.
@@ -178,10 +152,10 @@ mod tests {
         let (opening, force) = (picker.config.place.opening.si(), picker.config.place.force.si());
         let fingers = picker.core.fingers;
         assert!((fingers.opening - 0.03 - opening).abs() < 1e-12 && fingers.force == force);
-        let _ = picker.retreat(Retreat::from_bucket(None, &in_bucket), &in_bucket);
+        let _ = picker.retreat(Retreat::from_bucket(&in_bucket), &in_bucket);
         assert_eq!(picker.core.fingers, fingers);
         let outside = RobotState { q: picker.core.postures.carry(), ..in_bucket };
-        let _ = picker.retreat(Retreat::from_bucket(None, &outside), &outside);
+        let _ = picker.retreat(Retreat::from_bucket(&outside), &outside);
         assert_eq!(picker.core.fingers.opening, picker.core.config.grasp.opening.si());
     }
 }

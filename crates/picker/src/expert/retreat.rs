@@ -1,23 +1,17 @@
 //! Retreat: bring the empty hand out of the canopy, back along the approach.
 
-use crate::expert::onward::Onward;
-use crate::expert::safe::Safe;
 use crate::expert::{Caution, ExpertPicker, Next, Phase};
-use crate::picker_core::Attempt;
-use crate::record::{Alarm, State};
+use crate::picker_core::{Attempt, STILL};
+use crate::record::State;
 use crate::robot_state::RobotState;
 use orchard_geometry::Vec3;
 
 /// Memory of the retreat state.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Retreat {
     /// Time at which the fingers were commanded to open \[s\].
     since: f64,
     stage: Stage,
-    /// Place to which the base drives meanwhile.
-    onward: Option<Onward>,
-    /// Time for which the base has drawn a caught arm out \[s\].
-    drawn: f64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,14 +34,14 @@ impl Retreat {
             (State::Deposit, _) => Stage::Up,
             _ => Stage::Home,
         };
-        Self { since: robot.time, stage, onward: None, drawn: 0.0 }
+        Self { since: robot.time, stage }
     }
 }
 
 impl Retreat {
     /// Starts the retreat from the bucket; the arm already moves to the carrying posture.
-    pub fn from_bucket(onward: Option<Onward>, robot: &RobotState) -> Self {
-        Self { since: robot.time, stage: Stage::Home, onward, drawn: 0.0 }
+    pub fn from_bucket(robot: &RobotState) -> Self {
+        Self { since: robot.time, stage: Stage::Home }
     }
 }
 
@@ -61,7 +55,7 @@ impl ExpertPicker {
             Stage::Opening(direction) => {
                 let open = self.core.fingers_are_open(robot);
                 if open || robot.time - retreat.since >= self.config.place.open_time.si() {
-                    self.withdraw(direction, Caution::High, robot);
+                    self.withdraw(direction, robot);
                     retreat.stage = Stage::Back;
                 }
             }
@@ -71,16 +65,6 @@ impl ExpertPicker {
                 self.leave_bucket(robot);
                 retreat.stage = Stage::Home;
             }
-            Stage::Home if self.has(Alarm::ArmLoaded) && !self.is_over_bucket(robot) => {
-                // The arm is caught: it gives way, and the base draws it out.
-                self.core.yield_arm(robot);
-                retreat.drawn += robot.dt;
-                if retreat.drawn > self.config.watch.wait.si() || self.is_blind(robot) {
-                    return Next::Enter(Phase::Safe(Safe::at(robot)));
-                }
-                let speed = self.config.leave.base_speed.si() * self.speed_share(Caution::High);
-                return Next::Stay(Phase::Retreat(retreat), [-speed, 0.0, 0.0]);
-            }
             Stage::Home => {
                 let carry = self.core.postures.carry();
                 if *self.core.motion.goal() != carry {
@@ -88,12 +72,10 @@ impl ExpertPicker {
                 }
                 let near = (robot.q - carry).amax() <= self.config.swift.blend.si();
                 if near || self.core.elapsed(robot) > self.core.config.timeout.transport.si() {
-                    let wanted = retreat.onward.as_ref().map(|onward| onward.track);
-                    return self.next_target(wanted, robot);
+                    return self.next_target(robot);
                 }
             }
         }
-        let velocity = self.drive_onward(&mut retreat.onward, robot);
-        Next::Stay(Phase::Retreat(retreat), velocity)
+        Next::Stay(Phase::Retreat(retreat), STILL)
     }
 }
