@@ -195,6 +195,7 @@ fn harvest() -> Summary {
         );
     }
     Summary {
+        backend: Backend::Cpu,
         schema_version: SCHEMA_VERSION,
         code_version: CODE_VERSION.to_owned(),
         config_hash: "0123456789abcdef".repeat(4),
