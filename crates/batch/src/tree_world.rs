@@ -196,7 +196,7 @@ impl TreeWorld {
         Self::in_state(plant, data)
     }
 
-    /// The same tree in another state.
+    /// Returns a copy of this tree in a given state of its model.
     #[must_use]
     pub fn in_state_of(&self, data: Data) -> Self {
         Self::in_state(self.plant.clone(), data)

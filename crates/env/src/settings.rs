@@ -33,7 +33,7 @@ pub struct Settings {
     pub sparse: bool,
     /// Observe truth (`privileged`). A policy that reads it cannot be ranked.
     pub privileged: bool,
-    /// Where the worlds move: on the CPU in f64, or on a graphics device in f32.
+    /// Processor that moves the worlds: the CPU in f64, or a graphics device in f32.
     pub backend: Backend,
 }
 

@@ -50,7 +50,7 @@ pub struct Lockstep {
 /// A world in a lane.
 #[derive(Debug)]
 pub(crate) struct Occupant {
-    /// Its tree, to be put on the device in any state.
+    /// Constants of the world's tree, from which its state is put on the device.
     pub tree: TreeWorld,
     /// `None` if the lane has no room for the tree.
     pub fitted: Option<Arc<Fitted>>,

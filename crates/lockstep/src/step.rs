@@ -12,7 +12,7 @@ use crate::tally::Where;
 /// A world's next frame.
 #[derive(Debug)]
 pub struct Turn<'a> {
-    /// Its lane.
+    /// Lane that the world has entered.
     pub lane: usize,
     /// The world that entered it.
     pub world: &'a mut World,

@@ -47,7 +47,7 @@ pub struct Tenant<'a> {
     pub set_points: &'a SetPoints,
 }
 
-/// What is read from the device after every frame.
+/// Numbers that are read from the device after every frame.
 #[derive(Debug)]
 pub(super) struct Read {
     /// Angles and rates of the links, by lane.

@@ -47,7 +47,7 @@ pub struct WorldBatch {
     room: Room,
     /// True if wood breaks and fruit come off on the device.
     judges: bool,
-    /// What the caller reads in every frame, in a batch of lanes.
+    /// Numbers that a batch of lanes reads from the device after every frame; `None` in a batch of fixed worlds.
     read: Option<Read>,
 }
 

@@ -1,6 +1,6 @@
-//! Ways of a run that change no result on a processor.
+//! Options of a run that are no part of its plan.
 
-/// How tasks are to be run.
+/// Options of a run that are no part of its plan.
 #[derive(Debug, Clone, Copy)]
 pub struct Way {
     /// Episodes of the harvest are recorded.
