@@ -187,7 +187,14 @@ impl WorldBatch {
         self.trees.stop(lane, NEVER_RAN);
     }
 
-    /// Reads the motion of all lanes, after waiting for all frames.
+    /// Submits the reading of the motion of all lanes, behind the frames submitted so far.
+    pub fn ask(&mut self) {
+        if let Some(Read(read)) = &mut self.read {
+            read.ask(&self.gpu);
+        }
+    }
+
+    /// Waits for the reading that [`Self::ask`] submitted; frames of other batches that were submitted behind it go on.
     ///
     /// # Errors
     /// The device was lost.

@@ -22,6 +22,8 @@ pub(super) struct Gathered {
     sections: Vec<Section>,
     packed: wgpu::Buffer,
     staging: wgpu::Buffer,
+    /// The reading under way.
+    asked: Option<wgpu::SubmissionIndex>,
     /// As they were read last, section by section.
     quads: Vec<[f32; QUAD]>,
 }
@@ -58,7 +60,8 @@ impl Gathered {
             let bindings = bound(gpu, &places, buffer, packed_from(&packed, first));
             Section { places, bindings, first, count }
         });
-        Self { sections: sections.collect(), packed, staging, quads: vec![[0.0; QUAD]; all] }
+        let (sections, quads) = (sections.collect(), vec![[0.0; QUAD]; all]);
+        Self { sections, packed, staging, asked: None, quads }
     }
 
     /// Sets some successive places of a section.
@@ -76,22 +79,27 @@ impl Gathered {
         &self.quads[first..first + count]
     }
 
-    /// Reads all quads, after waiting for all submitted work.
-    ///
-    /// # Errors
-    /// The device was lost.
-    pub fn fetch(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
+    /// Submits the reading of all quads, behind all work submitted so far.
+    pub fn ask(&mut self, gpu: &Gpu) {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         for section in &self.sections {
             run(&mut encoder, &gpu.quad_pipelines().gather, &section.bindings, section.count);
         }
         let bytes = (QUAD_BYTES * self.quads.len()) as u64;
         encoder.copy_buffer_to_buffer(&self.packed, 0, &self.staging, 0, bytes);
-        gpu.queue.submit([encoder.finish()]);
-        let slice = self.staging.slice(..bytes);
+        self.asked = Some(gpu.queue.submit([encoder.finish()]));
         // A lost device is reported by the wait.
-        slice.map_async(wgpu::MapMode::Read, |_| {});
-        gpu.wait()?;
+        self.staging.slice(..bytes).map_async(wgpu::MapMode::Read, |_| {});
+    }
+
+    /// Waits for the reading that was asked for, if one was. Work submitted behind it goes on.
+    ///
+    /// # Errors
+    /// The device was lost.
+    pub fn fetch(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
+        let Some(asked) = self.asked.take() else { return Ok(()) };
+        gpu.wait_for(Some(asked))?;
+        let slice = self.staging.slice(..(QUAD_BYTES * self.quads.len()) as u64);
         let view = slice.get_mapped_range().map_err(|e| GpuError::Lost(e.to_string()))?;
         let mapped: &[[f32; QUAD]] = bytemuck::cast_slice(&view);
         let parts = self.quads.par_chunks_mut(COPIED).zip(mapped.par_chunks(COPIED));
