@@ -31,8 +31,9 @@ impl Crew<'_> {
     /// The device was lost.
     pub fn begin(&mut self, number: usize, mover: &mut Mover, shared: &Shared) -> Result<(), EnvError> {
         let turns = self.turns(shared);
-        self.is_under_way = !turns.is_empty();
-        self.begun = if turns.is_empty() { None } else { mover.begin(number, turns)? };
+        let goes_on = !turns.is_empty();
+        let begun = if goes_on { mover.begin(number, turns)? } else { None };
+        (self.is_under_way, self.begun) = (goes_on, begun);
         Ok(())
     }
 
