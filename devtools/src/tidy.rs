@@ -7,10 +7,10 @@ mod figures;
 mod lengths;
 mod mapping;
 mod marked;
-mod metrics;
+pub mod metrics;
 mod purity;
 mod robot_pages;
-mod sources;
+pub mod sources;
 
 use std::path::Path;
 
