@@ -113,7 +113,6 @@ fn staged(root: &Path, environment: &Environment, has_world: bool) -> Result<(Pa
     pages.add_indexes(&[
         ("computation", "# Equations\n\nThese pages give the equations behind the simulation, with sources, tests and limits."),
         ("decisions", "# Decisions\n\nThese pages tell why things are as they are, a decision each."),
-        ("robots", "# Robots\n\nThese robots come with the program."),
         ("reference/configs", "# Configs\n\nThese pages list every figure of the simulation, the benchmark, the robots and the controllers, with value, unit, accepted range and source."),
     ]);
     let mut places: BTreeSet<String> = pages.texts.keys().chain(pages.files.keys()).cloned().collect();

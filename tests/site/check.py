@@ -10,6 +10,7 @@ the selector does not list the versions.
 import functools
 import http.server
 import json
+import posixpath
 import sys
 import threading
 import urllib.parse
@@ -22,7 +23,7 @@ SIZES = {"wide": (1280, 900), "narrow": (390, 844)}
 # Pages that are opened, and those of which screenshots are kept.
 SHOWN = ["", "tutorials/start/", "gallery/", "concepts/", "reference/orchard/", "reference/configs/paper/world/", "benchmark-v1/"]
 # A word to search for, and a page that must be among what is found.
-WORD, FOUND = "pipe model", "computation/growth"
+WORD, FOUND = "slurm", "tutorials/cluster"
 # Elements that stand out of the window, but for those in boxes that scroll.
 WIDE = """() => [...document.querySelectorAll('body *')].filter(e => {
   for (let p = e; p && p !== document.body; p = p.parentElement) {
@@ -65,12 +66,8 @@ def read(folder):
             parts = urllib.parse.urlsplit(link)
             if parts.scheme or parts.netloc:
                 continue
-            target = urllib.parse.urljoin(name, urllib.parse.unquote(parts.path)) if parts.path else name
-            if parts.path == ".." and "/" not in name.rstrip("/"):
-                continue
-            target = target + "index.html" if target.endswith("/") or not target else target
-            if target not in files and f"{target}/index.html" in files:
-                target = f"{target}/index.html"
+            target = posixpath.normpath(posixpath.join(posixpath.dirname(name), urllib.parse.unquote(parts.path))) if parts.path else name
+            target = target if target in files else posixpath.normpath(f"{target}/index.html")
             if target not in files:
                 errors.append(f"{name}: {link} leads nowhere")
             elif parts.fragment and target in pages and parts.fragment not in pages[target].anchors:

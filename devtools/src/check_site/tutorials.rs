@@ -18,7 +18,7 @@ const BESIDE: &str = "docs/robots.md";
 /// Folder of the checkout that every tutorial begins with.
 const EXAMPLES: &str = "examples";
 /// Begins the line above a block that is not run; the reason follows.
-const NOT_RUN: &str = "Not run here";
+const NOT_RUN: &str = "Our checks do not run this block";
 
 /// A block of code on a page.
 #[derive(Debug, PartialEq)]
@@ -88,9 +88,10 @@ pub fn run(root: &Path, programs: &Programs, only: Option<&str>) -> Result<usize
         let folder = python::folder(SUITE).join("tutorials").join(stem);
         fresh(root, &folder).map_err(failed)?;
         let start = Instant::now();
-        for block in blocks(&text) {
-            let place = format!("{name}:{}", block.line);
-            count += usize::from(execute(root, &folder, &block, programs).map_err(|e| Failure::Failed(format!("{place}: {e:#}")))?);
+        let mut said = String::new();
+        for block in blocks(&text).iter().filter(|block| block.is_run) {
+            let at = |e: anyhow::Error| Failure::Failed(format!("{name}:{}: {e:#}", block.line));
+            count += usize::from(execute(root, &folder, block, programs, &mut said).map_err(at)?);
         }
         say!("{name}: {:.1} s", start.elapsed().as_secs_f64());
     }
@@ -106,11 +107,14 @@ fn fresh(root: &Path, folder: &Path) -> anyhow::Result<()> {
     site::copy(&root.join(EXAMPLES), &folder.join(EXAMPLES))
 }
 
-/// Writes or runs a block; false if there is nothing to do.
-fn execute(root: &Path, folder: &Path, block: &Block, programs: &Programs) -> anyhow::Result<bool> {
-    if !block.is_run {
-        return Ok(false);
-    }
+/// Writes, runs or compares a block, `said` being what the last one that ran has printed; false if there is nothing to do.
+fn execute(
+    root: &Path,
+    folder: &Path,
+    block: &Block,
+    programs: &Programs,
+    said: &mut String,
+) -> anyhow::Result<bool> {
     if let Some(title) = &block.title {
         let original = root.join(title);
         if original.is_file() {
@@ -134,12 +138,18 @@ fn execute(root: &Path, folder: &Path, block: &Block, programs: &Programs) -> an
             python.args(["-c", &block.text]);
             python
         }
+        "text" => {
+            let other = block.text.lines().find(|line| !said.contains(line.trim()));
+            anyhow::ensure!(other.is_none(), "the command above does not print {other:?}, but:\n{said}");
+            return Ok(true);
+        }
         _ => return Ok(false),
     };
     command.current_dir(folder).env("PATH", &programs.path).env("PYTHONPATH", &programs.package);
     let output = command.stdin(Stdio::null()).output().context("cannot run the block")?;
-    let said = [output.stdout, output.stderr].concat();
-    anyhow::ensure!(output.status.success(), "ended with {}\n{}{}", output.status, block.text, String::from_utf8_lossy(&said));
+    let printed = [output.stdout, output.stderr].concat();
+    *said = String::from_utf8_lossy(&printed).into_owned();
+    anyhow::ensure!(output.status.success(), "ended with {}\n{}{said}", output.status, block.text);
     Ok(true)
 }
 
@@ -180,7 +190,7 @@ mod tests {
 
     #[test]
     fn blocks_are_found_with_what_is_to_be_done() {
-        let page = "# A\n\n```sh\nls\n\npwd\n```\n\n```toml title=\"a/b.toml\"\nx = 1\n```\nNot run here: it needs a cluster.\n\n```sh\nsbatch\n```\nText.\n\n```text\nout\n```\n";
+        let page = "# A\n\n```sh\nls\n\npwd\n```\n\n```toml title=\"a/b.toml\"\nx = 1\n```\nOur checks do not run this block: it needs a cluster.\n\n```sh\nsbatch\n```\nText.\n\n```text\nout\n```\n";
         let blocks = blocks(page);
         let told: Vec<(&str, Option<&str>, &str, bool)> =
             blocks.iter().map(|b| (b.language.as_str(), b.title.as_deref(), b.text.as_str(), b.is_run)).collect();

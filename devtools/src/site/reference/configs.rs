@@ -45,7 +45,8 @@ fn page(name: &str, text: &str, depth: usize) -> anyhow::Result<String> {
     collect(&Value::Table(document), "", &mut groups);
     let comments = comments(text);
     let intro = comments.get("").map_or(String::new(), |said| format!("{}\n\n", escaped(said)));
-    let mut page = format!("# {name}\n\n{intro}");
+    let index = format!("{}configs/index.md", "../".repeat(depth));
+    let mut page = format!("# {name}\n\n{intro}[All configs]({index})\n\n");
     let sources = format!("{}sources.md", "../".repeat(depth));
     for (path, rows) in groups {
         if !path.is_empty() {
@@ -120,6 +121,9 @@ fn row(key: &str, value: &Value, note: Option<&String>, sources: &str) -> String
 
 /// The value of a figure: what it states beside range, unit and source.
 fn value_of(table: &toml::Table) -> String {
+    if let (Some(low), Some(high)) = (table.get("low"), table.get("high")) {
+        return format!("{} to {}", shown(low), shown(high));
+    }
     let values: Vec<String> = table
         .iter()
         .filter(|(key, _)| !ABOUT.contains(&key.as_str()))
@@ -184,9 +188,9 @@ mod tests {
     #[test]
     fn a_config_becomes_tables_of_its_figures() {
         let page = page("configs/x.toml", CONFIG, 1).unwrap();
-        assert!(page.starts_with("# configs/x.toml\n\nAbout apples. In two lines.\n\n| figure |"), "{page}");
+        assert!(page.starts_with("# configs/x.toml\n\nAbout apples. In two lines.\n\n[All configs](../configs/index.md)\n\n| figure |"), "{page}");
         assert!(page.contains("| `mass` | 0.16 | kg | 0.09 to 0.4 | [munn](../sources.md#munn) | Of a &lt;ripe> one. |\n"), "{page}");
-        assert!(page.contains("| `ends` | high 2, low 1 | m |  | [solver](../sources.md#solver) |  |\n"), "{page}");
+        assert!(page.contains("| `ends` | 1 to 2 | m |  | [solver](../sources.md#solver) |  |\n"), "{page}");
         assert!(page.contains("\n## fruit.site.0\n\nWhere it hangs.\n\n"), "{page}");
     }
 
