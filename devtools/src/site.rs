@@ -59,12 +59,17 @@ const WORLD: &str = "world";
 fn version(text: &str) -> Result<String, String> {
     let fits = |c: char| c.is_ascii_alphanumeric() || "._-".contains(c);
     let is_name = !text.is_empty() && text.chars().all(fits) && !text.starts_with(['.', '-']);
-    is_name.then(|| text.to_owned()).ok_or_else(|| "must be letters, digits, `.`, `_` and `-`, as in 1.2.0 or dev".to_owned())
+    is_name
+        .then(|| text.to_owned())
+        .ok_or_else(|| "must be letters, digits, `.`, `_` and `-`, as in 1.2.0 or dev".to_owned())
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(world) = args.world.as_ref().filter(|world| !world.join("index.html").is_file()) {
-        let problem = format!("--world {}: no index.html in it; `cargo xtask web --out {0}` writes the page", world.display());
+        let problem = format!(
+            "--world {}: no index.html in it; `cargo xtask web --out {0}` writes the page",
+            world.display()
+        );
         return Err(Failure::BadInput(problem));
     }
     eprintln!("1 of 4: the generator");
@@ -72,7 +77,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         Failure::BadInput(format!("the site needs python3 with venv, and the network once: {reason}"))
     })?;
     let site = build(&environment, args.world.as_deref(), &args.out, &args.version)?;
-    say!("{}: {} pages; to look at it: python3 -m http.server --directory {}", site.folder.display(), site.pages, args.out.display());
+    say!(
+        "{}: {} pages; to look at it: python3 -m http.server --directory {}",
+        site.folder.display(),
+        site.pages,
+        args.out.display()
+    );
     Ok(())
 }
 
@@ -89,7 +99,12 @@ pub struct Site {
 /// # Errors
 ///
 /// A link leads nowhere, a page is not in the navigation, the generator refuses something, or a file cannot be read or written.
-pub fn build(environment: &Environment, world: Option<&Path>, out: &Path, version: &str) -> Result<Site, Failure> {
+pub fn build(
+    environment: &Environment,
+    world: Option<&Path>,
+    out: &Path,
+    version: &str,
+) -> Result<Site, Failure> {
     let root = workspace::root();
     let stage = python::folder(SUITE).join("stage");
     eprintln!("2 of 4: pages from docs/ and from the code");
@@ -108,7 +123,8 @@ pub fn build(environment: &Environment, world: Option<&Path>, out: &Path, versio
 fn staged(root: &Path, environment: &Environment, has_world: bool) -> Result<(Pages, Nav), Failure> {
     let failed = |e: anyhow::Error| Failure::Failed(format!("{e:#}"));
     let mut pages = Pages::read(root).map_err(failed)?;
-    let sources: Vec<(String, String)> = pages.texts.keys().map(|place| (place.clone(), source(place))).collect();
+    let sources: Vec<(String, String)> =
+        pages.texts.keys().map(|place| (place.clone(), source(place))).collect();
     reference::add(root, environment, crate::Cli::command(), &mut pages).map_err(failed)?;
     pages.add_indexes(&[
         ("computation", "# Equations\n\nThese pages give the equations behind the simulation, with sources, tests and limits."),
@@ -167,7 +183,13 @@ fn generate(environment: &Environment, stage: &Path) -> Result<(), Failure> {
 }
 
 /// Puts a version into its folder: HTML, the pages as Markdown, the list for language models, the world in a browser.
-fn publish(stage: &Path, folder: &Path, world: Option<&Path>, pages: &Pages, nav: &Nav) -> anyhow::Result<()> {
+fn publish(
+    stage: &Path,
+    folder: &Path,
+    world: Option<&Path>,
+    pages: &Pages,
+    nav: &Nav,
+) -> anyhow::Result<()> {
     remove(folder)?;
     copy(&stage.join("site"), folder)?;
     // Its links begin at the root of the host, where no version lies.
@@ -218,7 +240,9 @@ fn made(path: PathBuf) -> anyhow::Result<PathBuf> {
 pub fn remove(path: &Path) -> anyhow::Result<()> {
     let removed = if path.is_dir() { std::fs::remove_dir_all(path) } else { std::fs::remove_file(path) };
     match removed {
-        Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(e).with_context(|| path.display().to_string()),
+        Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
+            Err(e).with_context(|| path.display().to_string())
+        }
         _ => Ok(()),
     }
 }
@@ -260,6 +284,11 @@ mod tests {
     #[test]
     fn a_version_is_the_name_of_a_folder() {
         assert!(version("1.2.0").is_ok() && version("dev").is_ok());
-        assert!(version("../x").is_err() && version("").is_err() && version(".a").is_err() && version("-a").is_err());
+        assert!(
+            version("../x").is_err()
+                && version("").is_err()
+                && version(".a").is_err()
+                && version("-a").is_err()
+        );
     }
 }

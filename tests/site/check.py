@@ -17,13 +17,13 @@ import urllib.parse
 from html.parser import HTMLParser
 from pathlib import Path
 
-from playwright.sync_api import sync_playwright
+from playwright.sync_api import TimeoutError, sync_playwright
 
 SIZES = {"wide": (1280, 900), "narrow": (390, 844)}
 # Pages that are opened, and those of which screenshots are kept.
 SHOWN = ["", "tutorials/start/", "gallery/", "concepts/", "reference/orchard/", "reference/configs/paper/world/", "benchmark-v1/"]
-# A word to search for, and a page that must be among what is found.
-WORD, FOUND = "slurm", "tutorials/cluster"
+# A word to search for, and the heading that must be among what is found.
+WORD, FOUND = "slurm", "Under Slurm"
 # Elements that stand out of the window, but for those in boxes that scroll.
 WIDE = """() => [...document.querySelectorAll('body *')].filter(e => {
   for (let p = e; p && p !== document.body; p = p.parentElement) {
@@ -119,8 +119,8 @@ def visit(browser, site, version, size, scheme, folder):
     page.keyboard.press("/")
     page.keyboard.type(WORD, delay=20)
     try:
-        page.wait_for_selector(f"a[href*='{FOUND}']", timeout=20_000)
-    except Exception:
+        page.get_by_text(FOUND).first.wait_for(timeout=20_000)
+    except TimeoutError:
         fault(f"'{WORD}' does not find {FOUND}")
     page.screenshot(path=folder / f"search-{size}-{scheme}.png")
     context.close()

@@ -48,7 +48,8 @@ impl Programs {
         let debug = workspace::target().join("debug");
         stand_in(&folder, &debug).map_err(|e| Failure::Failed(format!("{e:#}")))?;
         let rest = std::env::var("PATH").unwrap_or_default();
-        let first = [folder.as_path(), debug.as_path(), environment.programs()].map(|p| p.display().to_string());
+        let first =
+            [folder.as_path(), debug.as_path(), environment.programs()].map(|p| p.display().to_string());
         Ok(Self { path: format!("{}:{rest}", first.join(":")), package: package.to_owned() })
     }
 }
@@ -67,7 +68,8 @@ fn stand_in(folder: &Path, debug: &Path) -> anyhow::Result<()> {
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
-        fs::set_permissions(&file, fs::Permissions::from_mode(0o755)).with_context(|| file.display().to_string())?;
+        fs::set_permissions(&file, fs::Permissions::from_mode(0o755))
+            .with_context(|| file.display().to_string())?;
     }
     Ok(())
 }
@@ -96,7 +98,10 @@ pub fn run(root: &Path, programs: &Programs, only: Option<&str>) -> Result<usize
         say!("{name}: {:.1} s", start.elapsed().as_secs_f64());
     }
     if count == 0 {
-        return Err(Failure::BadInput(format!("no tutorial of {FOLDER} has blocks to run for {:?}", only.unwrap_or_default())));
+        return Err(Failure::BadInput(format!(
+            "no tutorial of {FOLDER} has blocks to run for {:?}",
+            only.unwrap_or_default()
+        )));
     }
     Ok(count)
 }
@@ -192,8 +197,10 @@ mod tests {
     fn blocks_are_found_with_what_is_to_be_done() {
         let page = "# A\n\n```sh\nls\n\npwd\n```\n\n```toml title=\"a/b.toml\"\nx = 1\n```\nOur checks do not run this block: it needs a cluster.\n\n```sh\nsbatch\n```\nText.\n\n```text\nout\n```\n";
         let blocks = blocks(page);
-        let told: Vec<(&str, Option<&str>, &str, bool)> =
-            blocks.iter().map(|b| (b.language.as_str(), b.title.as_deref(), b.text.as_str(), b.is_run)).collect();
+        let told: Vec<(&str, Option<&str>, &str, bool)> = blocks
+            .iter()
+            .map(|b| (b.language.as_str(), b.title.as_deref(), b.text.as_str(), b.is_run))
+            .collect();
         assert_eq!(
             told,
             [
@@ -203,6 +210,6 @@ mod tests {
                 ("text", None, "out\n", true)
             ]
         );
-        assert_eq!(blocks[2].line, 15);
+        assert_eq!(blocks[2].line, 14);
     }
 }

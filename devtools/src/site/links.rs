@@ -61,7 +61,8 @@ impl Links<'_> {
         if is_elsewhere || source.is_empty() {
             return Ok(target.to_owned());
         }
-        let (file, anchor) = target.split_once('#').map_or((target, String::new()), |(file, a)| (file, format!("#{a}")));
+        let (file, anchor) =
+            target.split_once('#').map_or((target, String::new()), |(file, a)| (file, format!("#{a}")));
         let folder = source.rsplit_once('/').map_or("", |(folder, _)| folder);
         let file = normal(&format!("{folder}/{file}"));
         let here = |there: &str| format!("{}{anchor}", relative(place, there));

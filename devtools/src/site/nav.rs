@@ -24,7 +24,13 @@ impl Nav {
     pub fn read(config: &str) -> anyhow::Result<Self> {
         let document: toml::Table = config.parse()?;
         let project = document.get("project").and_then(Value::as_table).context("no table [project]")?;
-        let text = |name: &str| project.get(name).and_then(Value::as_str).map(str::to_owned).with_context(|| format!("no project.{name}"));
+        let text = |name: &str| {
+            project
+                .get(name)
+                .and_then(Value::as_str)
+                .map(str::to_owned)
+                .with_context(|| format!("no project.{name}"))
+        };
         let nav = project.get("nav").and_then(Value::as_array).context("no project.nav")?;
         let mut sections = Vec::new();
         for entry in nav {
@@ -34,7 +40,12 @@ impl Nav {
             collect(value, &mut places);
             sections.push((if value.is_str() { String::new() } else { name }, places));
         }
-        Ok(Self { config: config.to_owned(), name: text("site_name")?, description: text("site_description")?, sections })
+        Ok(Self {
+            config: config.to_owned(),
+            name: text("site_name")?,
+            description: text("site_description")?,
+            sections,
+        })
     }
 
     /// Pages without an entry, entries without a page, and pages without a title. The page `index.md` of a folder stands for the pages beside it.
@@ -42,8 +53,14 @@ impl Nav {
         let places: Vec<&String> = self.sections.iter().flat_map(|(_, places)| places).collect();
         let missing = places.iter().filter(|place| !pages.texts.contains_key(**place));
         let missing = missing.map(|place| format!("docs/zensical.toml: no page {place}"));
-        let folders: Vec<&str> = places.iter().filter_map(|place| place.strip_suffix("index.md")).filter(|f| !f.is_empty()).collect();
-        let is_led_to = |place: &String| places.contains(&place) || folders.iter().any(|folder| place.starts_with(folder));
+        let folders: Vec<&str> = places
+            .iter()
+            .filter_map(|place| place.strip_suffix("index.md"))
+            .filter(|f| !f.is_empty())
+            .collect();
+        let is_led_to = |place: &String| {
+            places.contains(&place) || folders.iter().any(|folder| place.starts_with(folder))
+        };
         let lost = pages.texts.keys().filter(|place| !is_led_to(place));
         let lost = lost.map(|place| format!("docs/zensical.toml: the navigation lacks {place}"));
         let untitled = pages.texts.iter().filter(|(_, text)| title(text) == "Untitled");
@@ -91,7 +108,10 @@ mod tests {
         let nav = Nav::read(CONFIG).unwrap();
         assert_eq!(nav.problems(&pages(&["index.md", "a.md", "b/index.md", "b/c.md"])), Vec::<String>::new());
         let problems = nav.problems(&pages(&["index.md", "b/index.md", "d.md"]));
-        assert_eq!(problems, ["docs/zensical.toml: no page a.md", "docs/zensical.toml: the navigation lacks d.md"]);
+        assert_eq!(
+            problems,
+            ["docs/zensical.toml: no page a.md", "docs/zensical.toml: the navigation lacks d.md"]
+        );
         assert!(Nav::read("[project]\nsite_name = 'x'").is_err());
     }
 
@@ -99,6 +119,11 @@ mod tests {
     fn language_models_get_a_list() {
         let nav = Nav::read(CONFIG).unwrap();
         let text = nav.for_language_models(&pages(&["index.md", "a.md", "b/index.md"]));
-        assert!(text.starts_with("# Orchard\n\n> Apples.\n\n## First\n\n- [index.md](index.md): A page.\n\n## Use\n"), "{text}");
+        assert!(
+            text.starts_with(
+                "# Orchard\n\n> Apples.\n\n## First\n\n- [index.md](index.md): A page.\n\n## Use\n"
+            ),
+            "{text}"
+        );
     }
 }

@@ -72,7 +72,9 @@ pub fn first_sentence(text: &str) -> String {
     let mut paragraph = String::new();
     for line in text.lines().skip_while(|line| !line.starts_with("# ")) {
         is_code ^= line.starts_with("```");
-        let is_other = is_code || line.trim().is_empty() || line.starts_with(['#', '!', '<', '|', '`', '-', '>', '*', '[']);
+        let is_other = is_code
+            || line.trim().is_empty()
+            || line.starts_with(['#', '!', '<', '|', '`', '-', '>', '*', '[']);
         match (is_other && !starts_with_code(line), paragraph.is_empty()) {
             (true, true) => {}
             (true, false) => break,

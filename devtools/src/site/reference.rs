@@ -32,12 +32,26 @@ const PYTHON: &str = "crates/python/python/orchardbench";
 /// # Errors
 ///
 /// A file that they are made of cannot be read, or the script that reads the Python package fails.
-pub fn add(root: &Path, environment: &Environment, developers: clap::Command, pages: &mut Pages) -> anyhow::Result<()> {
+pub fn add(
+    root: &Path,
+    environment: &Environment,
+    developers: clap::Command,
+    pages: &mut Pages,
+) -> anyhow::Result<()> {
     let mut add = |name: &str, text: String| pages.texts.insert(format!("{FOLDER}/{name}"), text);
-    add("orchard.md", options::page(orchard_program::command_line(), "All commands and options of the program `orchard`, as `--help` tells them."));
+    add(
+        "orchard.md",
+        options::page(
+            orchard_program::command_line(),
+            "All commands and options of the program `orchard`, as `--help` tells them.",
+        ),
+    );
     add(
         "xtask.md",
-        options::page(developers, "Commands for developers of this project. Every other command of `cargo xtask` is one of [`orchard`](orchard.md)."),
+        options::page(
+            developers,
+            "Commands for developers of this project. Every other command of `cargo xtask` is one of [`orchard`](orchard.md).",
+        ),
     );
     add("metrics.md", metrics_page());
     add("sources.md", sources_page(root)?);
@@ -67,8 +81,10 @@ fn sources_page(root: &Path) -> anyhow::Result<String> {
     for entry in bibliography.iter() {
         let field = |name: &str| entry.get(name).map(|text| text.format_verbatim().replace('\n', " "));
         let parts = ["author", "title", "journal", "booktitle", "date", "year", "note", "url"];
-        let said: Vec<String> = parts.iter().filter_map(|name| field(name)).filter(|text| !text.is_empty()).collect();
-        text += &format!("\n## {}\n\n{}.\n", entry.key, options::escaped(said.join(". ").trim_end_matches('.')));
+        let said: Vec<String> =
+            parts.iter().filter_map(|name| field(name)).filter(|text| !text.is_empty()).collect();
+        text +=
+            &format!("\n## {}\n\n{}.\n", entry.key, options::escaped(said.join(". ").trim_end_matches('.')));
     }
     Ok(text)
 }

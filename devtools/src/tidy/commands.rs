@@ -30,7 +30,9 @@ pub fn check(root: &Path) -> anyhow::Result<Vec<String>> {
 
 /// Problems of a page, each with its line.
 fn of_page(text: &str, programs: &[(&str, Command)]) -> Vec<(usize, String)> {
-    let (mut found, mut open): (Vec<(usize, String)>, Option<(usize, &str, String)>) = (Vec::new(), None);
+    let mut found = Vec::new();
+    // Line of the first fence, language, and text so far of the block that is open.
+    let mut open: Option<(usize, &str, String)> = None;
     for (i, line) in text.lines().enumerate() {
         match (open.take(), line.trim_start().strip_prefix("```")) {
             (None, Some(info)) => {
@@ -39,11 +41,19 @@ fn of_page(text: &str, programs: &[(&str, Command)]) -> Vec<(usize, String)> {
             (None, None) => {}
             (Some((begin, language, text)), Some(_)) => match language {
                 "sh" => found.extend(of_shell(&text, programs).map(|(at, problem)| (begin + at, problem))),
-                "toml" => found.extend(text.parse::<toml::Table>().err().map(|e| (begin, format!("not TOML: {}", e.message())))),
-                "json" => found.extend(serde_json::from_str::<serde_json::Value>(&text).err().map(|e| (begin, format!("not JSON: {e}")))),
+                "toml" => found.extend(
+                    text.parse::<toml::Table>().err().map(|e| (begin, format!("not TOML: {}", e.message()))),
+                ),
+                "json" => found.extend(
+                    serde_json::from_str::<serde_json::Value>(&text)
+                        .err()
+                        .map(|e| (begin, format!("not JSON: {e}"))),
+                ),
                 _ => {}
             },
-            (Some((begin, language, text)), None) => open = Some((begin, language, format!("{text}{line}\n"))),
+            (Some((begin, language, text)), None) => {
+                open = Some((begin, language, format!("{text}{line}\n")))
+            }
         }
     }
     found
@@ -72,14 +82,17 @@ fn refused(line: &str, programs: &[(&str, Command)]) -> Option<String> {
     let words = shlex::split(line.replace(';', " ; ").as_str())?;
     let words: Vec<String> = words.iter().map(|word| filled(word)).collect();
     let calls = |i: usize, name: &str| match name {
-        "orchard" => words[i] == name && (i == 0 || ENDS.contains(&words[i - 1].as_str()) || words[i - 1] == "do"),
+        "orchard" => {
+            words[i] == name && (i == 0 || ENDS.contains(&words[i - 1].as_str()) || words[i - 1] == "do")
+        }
         _ => words[i] == name && i > 0 && words[i - 1] == "cargo",
     };
     let (at, command) = (0..words.len()).find_map(|i| {
         let (_, command) = programs.iter().find(|(name, _)| calls(i, name))?;
         Some((i, command))
     })?;
-    let end = words[at..].iter().position(|word| ENDS.contains(&word.as_str())).map_or(words.len(), |n| at + n);
+    let end =
+        words[at..].iter().position(|word| ENDS.contains(&word.as_str())).map_or(words.len(), |n| at + n);
     let words = &words[at..end];
     // Every other command of `cargo xtask` is one of the program's.
     let is_own = words.get(1).is_some_and(|word| command.find_subcommand(word).is_some());

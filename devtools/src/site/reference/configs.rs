@@ -10,7 +10,8 @@ use super::options::escaped;
 use crate::workspace::{files, relative};
 
 /// Folders of the checkout with configs, and the folders of their pages in the site.
-const FOLDERS: [(&str, &str); 2] = [("configs/", "reference/configs/"), ("assets/robots/", "reference/configs/robots/")];
+const FOLDERS: [(&str, &str); 2] =
+    [("configs/", "reference/configs/"), ("assets/robots/", "reference/configs/robots/")];
 /// Keys of a figure that are not its value.
 const ABOUT: [&str; 3] = ["range", "unit", "source"];
 /// Length of a value beyond which a page says how many numbers there are.
@@ -19,7 +20,9 @@ const LONGEST: usize = 120;
 /// Place in the site of a config's page.
 pub fn place(file: &str) -> Option<String> {
     let stem = file.strip_suffix(".toml")?;
-    FOLDERS.iter().find_map(|(folder, place)| stem.strip_prefix(folder).map(|stem| format!("{place}{stem}.md")))
+    FOLDERS
+        .iter()
+        .find_map(|(folder, place)| stem.strip_prefix(folder).map(|stem| format!("{place}{stem}.md")))
 }
 
 /// The pages of all configs, by place.
@@ -72,7 +75,9 @@ fn collect(value: &Value, path: &str, groups: &mut Vec<(String, Vec<(String, Val
     };
     let is_group = |value: &Value| match value {
         Value::Table(table) => !is_figure(table),
-        Value::Array(items) => items.iter().any(|item| matches!(item, Value::Table(table) if !is_figure(table))),
+        Value::Array(items) => {
+            items.iter().any(|item| matches!(item, Value::Table(table) if !is_figure(table)))
+        }
         _ => false,
     };
     let own = entries.iter().filter(|(_, value)| !is_group(value));
@@ -87,7 +92,8 @@ fn collect(value: &Value, path: &str, groups: &mut Vec<(String, Vec<(String, Val
 
 /// True for a table that states one figure.
 fn is_figure(table: &toml::Table) -> bool {
-    ["value", "low", "unit"].iter().any(|key| table.contains_key(*key)) && !table.values().any(Value::is_table)
+    ["value", "low", "unit"].iter().any(|key| table.contains_key(*key))
+        && !table.values().any(Value::is_table)
 }
 
 fn row(key: &str, value: &Value, note: Option<&String>, sources: &str) -> String {
@@ -106,7 +112,11 @@ fn row(key: &str, value: &Value, note: Option<&String>, sources: &str) -> String
     } else {
         figures.iter().map(|table| value_of(table)).collect::<Vec<_>>().join("; ")
     };
-    let shown_value = if shown_value.len() > LONGEST { format!("{} characters, see the file", shown_value.len()) } else { shown_value };
+    let shown_value = if shown_value.len() > LONGEST {
+        format!("{} characters, see the file", shown_value.len())
+    } else {
+        shown_value
+    };
     let keys = each("source");
     let keys = keys.split("; ").filter(|key| !key.is_empty()).map(|key| format!("[{key}]({sources}#{key})"));
     let note = note.map_or(String::new(), |note| escaped(note).replace('|', "\\|"));
@@ -189,7 +199,12 @@ mod tests {
     fn a_config_becomes_tables_of_its_figures() {
         let page = page("configs/x.toml", CONFIG, 1).unwrap();
         assert!(page.starts_with("# configs/x.toml\n\nAbout apples. In two lines.\n\n[All configs](../configs/index.md)\n\n| figure |"), "{page}");
-        assert!(page.contains("| `mass` | 0.16 | kg | 0.09 to 0.4 | [munn](../sources.md#munn) | Of a &lt;ripe> one. |\n"), "{page}");
+        assert!(
+            page.contains(
+                "| `mass` | 0.16 | kg | 0.09 to 0.4 | [munn](../sources.md#munn) | Of a &lt;ripe> one. |\n"
+            ),
+            "{page}"
+        );
         assert!(page.contains("| `ends` | 1 to 2 | m |  | [solver](../sources.md#solver) |  |\n"), "{page}");
         assert!(page.contains("\n## fruit.site.0\n\nWhere it hangs.\n\n"), "{page}");
     }

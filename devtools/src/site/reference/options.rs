@@ -11,7 +11,8 @@ pub fn page(mut program: Command, intro: &str) -> String {
 }
 
 fn section(command: &Command, text: &mut String) {
-    let below: Vec<&Command> = command.get_subcommands().filter(|c| !c.is_hide_set() && c.get_name() != "help").collect();
+    let below: Vec<&Command> =
+        command.get_subcommands().filter(|c| !c.is_hide_set() && c.get_name() != "help").collect();
     let name = command.get_bin_name().unwrap_or(command.get_name()).to_owned();
     *text += &format!("\n## {name}\n\n");
     if let Some(about) = command.get_long_about().or(command.get_about()) {
@@ -36,15 +37,24 @@ fn section(command: &Command, text: &mut String) {
 
 fn row(arg: &Arg) -> String {
     let takes_value = arg.get_action().takes_values();
-    let value = arg.get_value_names().and_then(|names| names.first()).map_or(String::new(), |name| format!("{name}"));
+    let value =
+        arg.get_value_names().and_then(|names| names.first()).map_or(String::new(), |name| format!("{name}"));
     let option = match (arg.get_long(), takes_value) {
         (Some(long), true) => format!("`--{long} {value}`"),
         (Some(long), false) => format!("`--{long}`"),
         (None, _) => format!("`{value}`"),
     };
-    let help = arg.get_long_help().or(arg.get_help()).map_or(String::new(), |help| help.to_string().replace('\n', " "));
+    let help = arg
+        .get_long_help()
+        .or(arg.get_help())
+        .map_or(String::new(), |help| help.to_string().replace('\n', " "));
     let choices: Vec<String> = match takes_value {
-        true => arg.get_possible_values().iter().filter(|v| !v.is_hide_set()).map(|v| format!("`{}`", v.get_name())).collect(),
+        true => arg
+            .get_possible_values()
+            .iter()
+            .filter(|v| !v.is_hide_set())
+            .map(|v| format!("`{}`", v.get_name()))
+            .collect(),
         false => Vec::new(),
     };
     let choices = if choices.is_empty() { String::new() } else { format!(" One of {}.", choices.join(", ")) };
@@ -58,7 +68,12 @@ fn row(arg: &Arg) -> String {
 /// Text in which no character begins an element of HTML. Code between backticks stays as it is.
 pub fn escaped(text: &str) -> String {
     let parts = text.split('`').enumerate();
-    let parts = parts.map(|(i, part)| if i % 2 == 0 { part.replace('<', "&lt;").replace('*', "\\*") } else { part.to_owned() });
+    let parts =
+        parts.map(
+            |(i, part)| {
+                if i % 2 == 0 { part.replace('<', "&lt;").replace('*', "\\*") } else { part.to_owned() }
+            },
+        );
     parts.collect::<Vec<_>>().join("`")
 }
 
@@ -75,7 +90,10 @@ mod tests {
             .arg(Arg::new("kind").long("kind").value_parser(["apple", "pear"]).help("Kind."));
         let text = page(Command::new("orchard").subcommand(grow), "All.");
         assert!(text.starts_with("# orchard\n\nAll.\n\n## orchard\n"), "{text}");
-        assert!(text.contains("\n## orchard grow\n\nGrows a tree of &lt;wood>\n\n```text\norchard grow"), "{text}");
+        assert!(
+            text.contains("\n## orchard grow\n\nGrows a tree of &lt;wood>\n\n```text\norchard grow"),
+            "{text}"
+        );
         assert!(text.contains("| `--seed S` | Seed \\| number | `7` |\n"), "{text}");
         assert!(text.contains("Kind. One of `apple`, `pear`. |  |\n"), "{text}");
         assert!(text.contains("```text\nNeeds rain.\n```\n"), "{text}");
