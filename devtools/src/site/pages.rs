@@ -74,20 +74,19 @@ pub fn first_sentence(text: &str) -> String {
         is_code ^= line.starts_with("```");
         let is_other = is_code
             || line.trim().is_empty()
-            || line.starts_with(['#', '!', '<', '|', '`', '-', '>', '*', '[']);
-        match (is_other && !starts_with_code(line), paragraph.is_empty()) {
+            || line.starts_with("```")
+            || line.starts_with(['#', '!', '<', '|', '-', '>']);
+        match (is_other, paragraph.is_empty()) {
             (true, true) => {}
             (true, false) => break,
             (false, _) => paragraph += &format!("{} ", line.trim()),
         }
     }
+    // Some paragraphs begin with a word that names them, as in **Context.**
+    let named = paragraph.strip_prefix("**").and_then(|rest| rest.split_once(".** "));
+    let paragraph = named.map_or(paragraph.as_str(), |(_, rest)| rest);
     let end = paragraph.find(". ").map_or(paragraph.len(), |at| at + 1);
     paragraph[..end].trim().to_owned()
-}
-
-/// True for a line of text that begins with a word of code.
-fn starts_with_code(line: &str) -> bool {
-    line.starts_with('`') && !line.starts_with("```")
 }
 
 /// A sentence without links, which are relative to its page.
@@ -113,6 +112,7 @@ mod tests {
         assert_eq!(title(page), "Trees");
         assert_eq!(plain(&first_sentence(page)), "`grow` makes one tree of wood.");
         assert_eq!(first_sentence("# A\n"), "");
+        assert_eq!(first_sentence("# A\n\n**Context.** It is so. Now.\n"), "It is so.");
     }
 
     #[test]
