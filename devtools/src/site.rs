@@ -5,7 +5,7 @@ mod nav;
 pub mod pages;
 mod reference;
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
@@ -17,7 +17,7 @@ use crate::python::{self, Environment};
 use crate::workspace;
 use links::Links;
 use nav::Nav;
-use pages::{DOCS, OUTSIDE, Pages};
+use pages::{DOCS, OUTSIDE, Pages, title};
 
 /// Builds the documentation site from docs/ and from the code.
 #[derive(clap::Args)]
@@ -131,8 +131,10 @@ fn staged(root: &Path, environment: &Environment, has_world: bool) -> Result<(Pa
         ("decisions", "# Decisions\n\nThese pages tell why things are as they are, a decision each."),
         ("reference/configs", "# Configs\n\nThese pages list every figure of the simulation, the benchmark, the robots and the controllers, with value, unit, accepted range and source."),
     ]);
-    let mut places: BTreeSet<String> = pages.texts.keys().chain(pages.files.keys()).cloned().collect();
-    places.insert(LIST.to_owned());
+    let titles = pages.texts.iter().map(|(place, text)| (place.clone(), Some(title(text))));
+    let mut places: BTreeMap<String, Option<String>> = titles.collect();
+    places.extend(pages.files.keys().map(|place| (place.clone(), None)));
+    places.insert(LIST.to_owned(), None);
     let links = Links { root, places, has_world };
     let mut problems = Vec::new();
     for (place, source) in sources {

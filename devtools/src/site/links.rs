@@ -1,6 +1,6 @@
 //! Links between pages of the checkout, as the site has them.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::pages::{DOCS, OUTSIDE};
@@ -15,8 +15,8 @@ const WORLD: [&str; 3] = ["web/index.html", "world/index.html", "web.md"];
 pub struct Links<'a> {
     /// The checkout.
     pub root: &'a Path,
-    /// Places of all pages and files of the site.
-    pub places: BTreeSet<String>,
+    /// Places of all pages and files of the site, with the titles of the pages.
+    pub places: BTreeMap<String, Option<String>>,
     /// True if the site holds the world in a browser.
     pub has_world: bool,
 }
@@ -50,16 +50,21 @@ impl Links<'_> {
         let mut rest = line;
         while let Some((before, after)) = rest.split_once("](") {
             let Some((target, after)) = after.split_once(')') else { break };
-            new += &format!("{before}]({})", self.target(source, place, target)?);
+            let (head, words) = before.rsplit_once('[').unwrap_or((before, ""));
+            let (target, title) = self.target(source, place, target)?;
+            // A page that is called by its file's name in the checkout has its title in the site.
+            let words = title.filter(|_| words.ends_with(".md")).unwrap_or(words.to_owned());
+            new += &format!("{head}[{words}]({target})");
             rest = after;
         }
         Ok(new + rest)
     }
 
-    fn target(&self, source: &str, place: &str, target: &str) -> Result<String, String> {
+    /// Target of a link in the site, and the title of the page that it leads to.
+    fn target(&self, source: &str, place: &str, target: &str) -> Result<(String, Option<String>), String> {
         let is_elsewhere = target.contains("://") || target.starts_with("mailto:") || target.starts_with('#');
         if is_elsewhere || source.is_empty() {
-            return Ok(target.to_owned());
+            return Ok((target.to_owned(), None));
         }
         let (file, anchor) =
             target.split_once('#').map_or((target, String::new()), |(file, a)| (file, format!("#{a}")));
@@ -67,10 +72,10 @@ impl Links<'_> {
         let file = normal(&format!("{folder}/{file}"));
         let here = |there: &str| format!("{}{anchor}", relative(place, there));
         if let Some(there) = self.in_site(&file) {
-            return Ok(here(&there));
+            return Ok((here(&there), self.places.get(&there).cloned().flatten()));
         }
         if self.root.join(&file).exists() {
-            return Ok(format!("{REPOSITORY}{file}{anchor}"));
+            return Ok((format!("{REPOSITORY}{file}{anchor}"), None));
         }
         Err(target.to_owned())
     }
@@ -84,7 +89,7 @@ impl Links<'_> {
         let inside = file.strip_prefix(&format!("{DOCS}/")).map(|file| file.to_owned());
         let place = outside.or(inside).or_else(|| place_of_config(file))?;
         let index = format!("{}/index.md", place.trim_end_matches('/'));
-        [place, index].into_iter().find(|place| self.places.contains(place))
+        [place, index].into_iter().find(|place| self.places.contains_key(place))
     }
 }
 
@@ -115,13 +120,14 @@ mod tests {
     fn links_lead_to_the_site_or_to_the_repository() {
         let root = crate::workspace::root();
         let places = ["overview.md", "robots.md", "decisions/index.md", "reference/configs/paper/world.md"];
-        let places = places.map(str::to_owned).into_iter().collect();
+        let places =
+            places.map(|place| (place.to_owned(), Some(format!("Of {place}")))).into_iter().collect();
         let links = Links { root: &root, places, has_world: false };
-        let page = "[a](../../README.md#x) [b](../robots.md) [c](https://c.org/) ![d](../decisions/)\n<!-- e -->\n[f](../../configs/paper/world.toml)\n\
+        let page = "[a](../../README.md#x) [robots.md](../robots.md) [c](https://c.org/) ![d](../decisions/)\n<!-- e -->\n[f](../../configs/paper/world.toml)\n\
                     [g](../../Cargo.toml) [h](../../web/index.html)\n```\n[i](nothing)\n```\n";
         let site = links.rewrite("docs/computation/x.md", "computation/x.md", page).unwrap();
         let expected = format!(
-            "[a](../overview.md#x) [b](../robots.md) [c](https://c.org/) ![d](../decisions/index.md)\n\n[f](../reference/configs/paper/world.md)\n\
+            "[a](../overview.md#x) [Of robots.md](../robots.md) [c](https://c.org/) ![d](../decisions/index.md)\n\n[f](../reference/configs/paper/world.md)\n\
              [g]({REPOSITORY}Cargo.toml) [h](../web.md)\n```\n[i](nothing)\n```\n"
         );
         assert_eq!(site, expected);
