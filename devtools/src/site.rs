@@ -72,6 +72,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         );
         return Err(Failure::BadInput(problem));
     }
+    let there = args.out.join(&args.version);
+    if std::fs::read_dir(&there).is_ok_and(|mut files| files.next().is_some()) && !there.join(LIST).is_file()
+    {
+        let problem = format!(
+            "{}: is there and holds no site ({LIST} is missing): choose another --out or --version",
+            there.display()
+        );
+        return Err(Failure::BadInput(problem));
+    }
     eprintln!("1 of 4: the generator");
     let environment = Environment::install(SUITE).map_err(|reason| {
         Failure::BadInput(format!("the site needs python3 with venv, and the network once: {reason}"))

@@ -18,7 +18,13 @@ def words(node_or_text):
     """A docstring as Markdown: roles and double backticks become code, indented blocks become blocks of Python."""
     text = node_or_text if isinstance(node_or_text, str) else ast.get_docstring(node_or_text) or ""
     text = re.sub(r":\w+:`([^`]*)`", r"`\1`", text).replace("``", "`")
-    return re.sub(r"(?m)(?:^    .*\n?)+", lambda block: "```python\n" + re.sub("(?m)^    ", "", block[0]).rstrip() + "\n```\n", text)
+    return re.sub(r"(?m)(?:^    .*\n?)+", block, text)
+
+
+def block(lines):
+    """An indented block as one between fences: of Python if it begins with an import."""
+    text = re.sub("(?m)^    ", "", lines[0]).rstrip()
+    return f"```{'python' if text.startswith(('import', 'from')) else 'text'}\n{text}\n```\n"
 
 
 def apart(arguments):
@@ -39,9 +45,10 @@ def signature(function, name, skip_self=False):
         arguments.args = arguments.args[1:]
     returns = f" -> {ast.unparse(function.returns)}" if function.returns and name[0] != name[0].upper() else ""
     line = f"{name}({ast.unparse(arguments)}){returns}"
-    if len(line) > 80:
+    if len(line) > 80 and ast.unparse(arguments):
         line = f"{name}(\n    " + ",\n    ".join(apart(ast.unparse(arguments))) + f",\n){returns}"
-    return f"```python\n{line}\n```\n"
+    # Signatures are no programs: blocks of `python` are.
+    return f"```py\n{line}\n```\n"
 
 
 def is_function(node):

@@ -2,7 +2,7 @@
 
 usage: check.py CHROMIUM SITE VERSION SCREENSHOTS
 
-SITE holds versions.json and a folder for each version. Fails if a link, an anchor or a picture of the version's pages leads nowhere, if a picture has no text or a page
+SITE holds versions.json and a folder for each version. Fails if a block of Python does not parse, if a link, an anchor or a picture of the version's pages leads nowhere, if a picture has no text or a page
 no title, if an opened page is wider than its window, asks for anything but the site, or writes to the console, if the search does not find, or if
 the selector does not list the versions.
 """
@@ -11,6 +11,7 @@ import functools
 import http.server
 import json
 import posixpath
+import re
 import sys
 import threading
 import urllib.parse
@@ -73,6 +74,18 @@ def read(folder):
             elif parts.fragment and target in pages and parts.fragment not in pages[target].anchors:
                 errors.append(f"{name}: {link} names no place on its page")
     print(f"{len(pages)} pages, {sum(len(page.links) for page in pages.values())} links")
+    return errors
+
+
+def snippets(folder):
+    """Blocks of Python that are none."""
+    errors = []
+    for path in sorted(folder.rglob("*.md")):
+        for block in re.findall(r"^```python\b[^\n]*\n(.*?)^```", path.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL):
+            try:
+                compile(block, path.name, "exec")
+            except SyntaxError as error:
+                errors.append(f"{path.relative_to(folder)}: {error.msg} in a block of Python: {(error.text or '').strip()}")
     return errors
 
 
@@ -139,7 +152,7 @@ def versions(browser, site, version, known):
 
 def main(chromium, out, version, folder):
     out, folder = Path(out), Path(folder)
-    errors = read(out / version)
+    errors = read(out / version) + snippets(out / version)
     known = [entry["version"] for entry in json.loads((out / "versions.json").read_text())]
     site = serve(out)
     with sync_playwright() as playwright:
