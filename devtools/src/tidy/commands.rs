@@ -1,4 +1,5 @@
-//! Every command line of the pages is one that the programs take, and every block of TOML or JSON is valid.
+//! Every command line of the pages is one that the programs take, every command named in their text has the options that it is named with, and every block
+//! of TOML or JSON is valid.
 
 use std::path::Path;
 
@@ -38,7 +39,7 @@ fn of_page(text: &str, programs: &[(&str, Command)]) -> Vec<(usize, String)> {
             (None, Some(info)) => {
                 open = Some((i + 1, info.split([' ', '{']).next().unwrap_or_default(), String::new()));
             }
-            (None, None) => {}
+            (None, None) => found.extend(of_text(line, programs).into_iter().map(|problem| (i + 1, problem))),
             (Some((begin, language, text)), Some(_)) => match language {
                 "sh" => found.extend(of_shell(&text, programs).map(|(at, problem)| (begin + at, problem))),
                 "toml" => found.extend(
@@ -57,6 +58,42 @@ fn of_page(text: &str, programs: &[(&str, Command)]) -> Vec<(usize, String)> {
         }
     }
     found
+}
+
+/// Commands and options in a line of text that no program has. Values there may be placeholders, so they are not read.
+fn of_text(line: &str, programs: &[(&str, Command)]) -> Vec<String> {
+    let mut found = Vec::new();
+    for code in line.split('`').skip(1).step_by(2) {
+        let code = code.strip_prefix("cargo ").unwrap_or(code);
+        let mut words = code.split([' ', '=']);
+        let name = words.next().unwrap_or_default();
+        let Some((_, program)) = programs.iter().find(|(other, _)| *other == name) else { continue };
+        let (mut command, mut is_named) = (program, true);
+        for word in words {
+            let below = command.find_subcommand(word).or_else(|| {
+                // Every other command of `cargo xtask` is one of the program's.
+                (name == "xtask" && is_named).then(|| programs[0].1.find_subcommand(word)).flatten()
+            });
+            let is_first = std::mem::take(&mut is_named);
+            match (below, word.strip_prefix("--")) {
+                (Some(below), _) => command = below,
+                (None, Some(option)) if !has(command, option) => {
+                    found.push(format!("`{code}`: {} has no option --{option}", command.get_name()));
+                }
+                (None, None) if is_first && word.chars().all(|c| c.is_ascii_lowercase() || c == '-') => {
+                    found.push(format!("`{code}`: {name} has no command {word}"));
+                }
+                _ => {}
+            }
+        }
+    }
+    found
+}
+
+/// True if a command has an option.
+fn has(command: &Command, option: &str) -> bool {
+    let is_it = |arg: &clap::Arg| arg.get_long() == Some(option);
+    ["help", "version", ""].contains(&option) || command.get_arguments().any(is_it)
 }
 
 /// Command lines of a block that their program refuses, each with its line in the block, from 1.
@@ -129,6 +166,18 @@ mod tests {
         let found = problems(page);
         assert_eq!(found.iter().map(|(line, _)| *line).collect::<Vec<_>>(), [4, 6], "{found:?}");
         assert!(found[0].1.contains("'--leaves'") && found[1].1.contains("'--wrong'"), "{found:?}");
+    }
+
+    #[test]
+    fn options_of_commands_in_the_text_are_looked_for() {
+        let page = "Take `orchard bench-v1 --tasks NAME --leaves 3`, `cargo xtask tidy --write`,\n`cargo xtask bench-v1 --shard I/N`, `orchard grow`, `orchard` and `orchard-bench`.";
+        let found = problems(page);
+        assert_eq!(found.iter().map(|(line, _)| *line).collect::<Vec<_>>(), [1, 2], "{found:?}");
+        assert!(
+            found[0].1.ends_with("bench-v1 has no option --leaves")
+                && found[1].1.ends_with("no command grow"),
+            "{found:?}"
+        );
     }
 
     #[test]
