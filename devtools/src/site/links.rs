@@ -32,13 +32,14 @@ impl Links<'_> {
         let (mut page, mut errors, mut is_code) = (String::new(), Vec::new(), false);
         for (number, line) in text.lines().enumerate() {
             is_code ^= line.trim_start().starts_with("```");
-            if is_code {
-                page += line;
-            } else if !(line.trim_start().starts_with("<!--") && line.trim_end().ends_with("-->")) {
-                match self.of_line(source, place, line) {
-                    Ok(line) => page += &line,
-                    Err(target) => errors.push(format!("{source}:{}: {target} leads nowhere", number + 1)),
-                }
+            let is_comment = line.trim_start().starts_with("<!--") && line.trim_end().ends_with("-->");
+            match self.of_line(source, place, line) {
+                _ if is_code => page += line,
+                // Within a list a blank line would end it.
+                _ if is_comment && line.starts_with(' ') => continue,
+                _ if is_comment => {}
+                Ok(line) => page += &line,
+                Err(target) => errors.push(format!("{source}:{}: {target} leads nowhere", number + 1)),
             }
             page.push('\n');
         }
@@ -123,7 +124,7 @@ mod tests {
         let places =
             places.map(|place| (place.to_owned(), Some(format!("Of {place}")))).into_iter().collect();
         let links = Links { root: &root, places, has_world: false };
-        let page = "[a](../../README.md#x) [robots.md](../robots.md) [c](https://c.org/) ![d](../decisions/)\n<!-- e -->\n[f](../../configs/paper/world.toml)\n\
+        let page = "[a](../../README.md#x) [robots.md](../robots.md) [c](https://c.org/) ![d](../decisions/)\n<!-- e -->\n  <!-- e -->\n[f](../../configs/paper/world.toml)\n\
                     [g](../../Cargo.toml) [h](../../web/index.html)\n```\n[i](nothing)\n```\n";
         let site = links.rewrite("docs/computation/x.md", "computation/x.md", page).unwrap();
         let expected = format!(

@@ -25,7 +25,7 @@ fn section(command: &Command, text: &mut String) {
     let is_shown = |arg: &&Arg| !arg.is_hide_set() && !["help", "version"].contains(&arg.get_id().as_str());
     let rows: String = command.get_arguments().filter(is_shown).map(row).collect();
     if !rows.is_empty() {
-        *text += &format!("| option | meaning | default |\n|---|---|---|\n{rows}\n");
+        *text += &format!("| option | meaning |\n|---|---|\n{rows}\n");
     }
     if let Some(more) = command.get_after_long_help().or(command.get_after_help()) {
         *text += &format!("```text\n{more}\n```\n");
@@ -57,12 +57,15 @@ fn row(arg: &Arg) -> String {
             .collect(),
         false => Vec::new(),
     };
-    let choices = if choices.is_empty() { String::new() } else { format!(" One of {}.", choices.join(", ")) };
+    let choices = if choices.is_empty() { String::new() } else { format!("; one of {}", choices.join(", ")) };
     let defaults: Vec<String> = match takes_value {
         true => arg.get_default_values().iter().map(|v| format!("`{}`", v.to_string_lossy())).collect(),
         false => Vec::new(),
     };
-    format!("| {option} | {}{choices} | {} |\n", escaped(&help).replace('|', "\\|"), defaults.join(", "))
+    let defaults =
+        if defaults.is_empty() { String::new() } else { format!(" [default: {}]", defaults.join(", ")) };
+    let help = escaped(help.trim_end_matches('.')).replace('|', "\\|");
+    format!("| {option} | {help}{choices}{defaults} |\n")
 }
 
 /// Text in which no character begins an element of HTML. Code between backticks stays as it is.
@@ -94,8 +97,8 @@ mod tests {
             text.contains("\n## orchard grow\n\nGrows a tree of &lt;wood>\n\n```text\norchard grow"),
             "{text}"
         );
-        assert!(text.contains("| `--seed S` | Seed \\| number | `7` |\n"), "{text}");
-        assert!(text.contains("Kind. One of `apple`, `pear`. |  |\n"), "{text}");
+        assert!(text.contains("| `--seed S` | Seed \\| number [default: `7`] |\n"), "{text}");
+        assert!(text.contains("Kind; one of `apple`, `pear` |\n"), "{text}");
         assert!(text.contains("```text\nNeeds rain.\n```\n"), "{text}");
     }
 }
