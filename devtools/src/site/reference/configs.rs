@@ -17,8 +17,11 @@ const ABOUT: [&str; 3] = ["range", "unit", "source"];
 /// Length of a value beyond which a page says how many numbers there are.
 const LONGEST: usize = 120;
 
-/// Place in the site of a config's page.
+/// Place in the site of a config's page, or of a folder of configs.
 pub fn place(file: &str) -> Option<String> {
+    if let Some((_, place)) = FOLDERS.iter().find(|(folder, _)| folder.trim_end_matches('/') == file) {
+        return Some((*place).to_owned());
+    }
     let stem = file.strip_suffix(".toml")?;
     FOLDERS
         .iter()
@@ -213,6 +216,7 @@ mod tests {
     fn configs_have_places_in_the_site() {
         assert_eq!(place("configs/paper/world.toml").as_deref(), Some("reference/configs/paper/world.md"));
         assert_eq!(place("assets/robots/common.toml").as_deref(), Some("reference/configs/robots/common.md"));
+        assert_eq!(place("configs").as_deref(), Some("reference/configs/"));
         assert_eq!(place("Cargo.toml"), None);
     }
 }
