@@ -25,7 +25,7 @@ use orchard_program::Failure;
 the files of a crate have no circular imports\n  \
 crates from quantity to learned, play, report and web open no files and read no clock\n  docs/architecture.md names every crate and no other\n  the tables of metrics and robots and the reference of a robot's mapping are those of the code\n  \
 every source key in configs/ and of the robots exists in docs/references.bib, and README and conventions count them rightly\n  \
-every command line of README and docs is one that `orchard` and `cargo xtask` take, and their blocks of TOML and JSON are valid\n  no source file is longer than 800 lines (warning above 500)"
+every command line of README, docs and --help is one that `orchard` and `cargo xtask` take, and their blocks of TOML and JSON are valid\n  no source file is longer than 800 lines (warning above 500)"
 )]
 pub struct Args {
     /// Bring the tables of metrics, robots and sources and the reference of the mapping in the documentation up to date instead of comparing them.

@@ -1,4 +1,4 @@
-//! Every command line of the pages is one that the programs take, every command named in their text has the options that it is named with, and every block
+//! Every command line of the pages and of `--help` is one that the programs take, every command named in their text has the options that it is named with, and every block
 //! of TOML or JSON is valid.
 
 use std::path::Path;
@@ -19,6 +19,9 @@ pub fn check(root: &Path) -> anyhow::Result<Vec<String>> {
     pages.extend(BESIDE.iter().map(|page| root.join(page)).filter(|page| page.exists()));
     let programs = [("orchard", orchard_program::command_line()), ("xtask", crate::Cli::command())];
     let mut errors = Vec::new();
+    for (_, program) in &programs {
+        of_help(program, &programs, &mut errors);
+    }
     for path in pages {
         let name = relative(root, &path);
         let text = std::fs::read_to_string(&path).with_context(|| name.clone())?;
@@ -27,6 +30,21 @@ pub fn check(root: &Path) -> anyhow::Result<Vec<String>> {
         }
     }
     Ok(errors)
+}
+
+/// Examples in the help of a command, and of those below it, that their program refuses. Words after three spaces explain an example.
+fn of_help(command: &Command, programs: &[(&str, Command)], errors: &mut Vec<String>) {
+    let help = command.get_after_long_help().or(command.get_after_help()).map(ToString::to_string);
+    for line in help.as_deref().unwrap_or_default().lines().filter(|line| line.starts_with("  ")) {
+        let example = line.trim().split("   ").next().unwrap_or_default();
+        let problem = refused(example, programs);
+        errors.extend(
+            problem.map(|problem| format!("--help of {}: `{example}`: {problem}", command.get_name())),
+        );
+    }
+    for below in command.get_subcommands() {
+        of_help(below, programs, errors);
+    }
 }
 
 /// Problems of a page, each with its line.
@@ -177,6 +195,18 @@ mod tests {
             found[0].1.ends_with("bench-v1 has no option --leaves")
                 && found[1].1.ends_with("no command grow"),
             "{found:?}"
+        );
+    }
+
+    #[test]
+    fn an_example_of_help_that_is_refused_is_named() {
+        let command =
+            Command::new("x").after_help("Examples:\n  orchard presets   all\n  orchard bench-v1 --leaves 3");
+        let mut errors = Vec::new();
+        of_help(&command, &[("orchard", orchard_program::command_line())], &mut errors);
+        assert!(
+            errors.len() == 1 && errors[0].starts_with("--help of x: `orchard bench-v1 --leaves 3`"),
+            "{errors:?}"
         );
     }
 
