@@ -23,9 +23,10 @@ use std::sync::Arc;
 
 /// Largest difference of depths \[m\].
 const TOLERANCE: f64 = 1e-5;
-/// Number of views of a scene, and of random rays of each view: 10,000 rays a scene.
+/// Number of views of a scene, and of random rays of each view: 10,000 rays a scene. Of every fifth view all pixels are checked besides.
 const VIEWS: usize = 25;
 const RAYS: usize = 400;
+const VIEWS_A_WHOLE: usize = 5;
 
 /// A world whose robot has driven to the tree for two seconds.
 fn world(spec: Spec, seed: u64) -> World {
@@ -185,7 +186,7 @@ fn check_pixels(scene: &Scene, view: &View) {
     }
 }
 
-/// Checks 10,000 random rays of a scene, and all pixels of its views.
+/// Checks 10,000 random rays of a scene, and all pixels of some of its views.
 fn check(name: &str, world: &World, expected: &[Label]) {
     let scene = world.scene();
     let caster = RayCaster::new(&scene);
@@ -193,7 +194,9 @@ fn check(name: &str, world: &World, expected: &[Label]) {
     let mut tally = Tally::default();
     for number in 0..VIEWS {
         let view = View::random(world, &scene, number, &mut draws);
-        check_pixels(&scene, &view);
+        if number % VIEWS_A_WHOLE == 0 {
+            check_pixels(&scene, &view);
+        }
         for _ in 0..RAYS {
             let u = draws.integer(0, view.k.width as u32 - 1) as usize;
             let v = draws.integer(0, view.k.height as u32 - 1) as usize;

@@ -18,7 +18,7 @@ use rayon::prelude::*;
 use std::sync::atomic::AtomicBool;
 
 const SECONDS: f64 = 40.0;
-const TREES: u32 = 3;
+const TREES: u32 = 2;
 /// Largest share of placed attempts that chance may give a controller without sight.
 const BY_CHANCE: f64 = 0.05;
 

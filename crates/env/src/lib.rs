@@ -37,6 +37,7 @@ mod rules;
 mod settings;
 mod slot;
 mod task_env;
+mod together;
 mod worlds;
 
 pub use driven::{Driven, Via};

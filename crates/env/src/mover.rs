@@ -11,14 +11,26 @@ use crate::error::EnvError;
 /// A world's frame: its lane, the world, its command.
 pub(crate) type Turn<'a> = (usize, &'a mut World, Command);
 
+/// A frame of a crew under way.
+#[cfg(feature = "gpu")]
+pub(crate) type Begun = orchard_lockstep::Begun;
+/// There is none without a device.
+#[cfg(not(feature = "gpu"))]
+pub(crate) type Begun = std::convert::Infallible;
+
 /// Moves the worlds of some lanes.
 #[derive(Debug)]
 pub(crate) enum Mover {
     /// In f64, in parallel on the current rayon pool.
     Cpu,
-    /// On a graphics device.
+    /// On a graphics device, in crews whose frames overlap: lanes in the order of the crews.
     #[cfg(feature = "gpu")]
-    Gpu(Box<orchard_lockstep::Lockstep>),
+    Gpu(Vec<orchard_lockstep::Lockstep>),
+}
+
+#[cfg(feature = "gpu")]
+fn device(e: &dyn std::error::Error) -> EnvError {
+    EnvError::Device(e.to_string())
 }
 
 impl Mover {
@@ -36,11 +48,10 @@ impl Mover {
             }
             #[cfg(feature = "gpu")]
             Backend::Gpu => {
-                let device = |e: &dyn std::error::Error| EnvError::Device(e.to_string());
                 let gpu = orchard_gpu::Gpu::open(orchard_gpu::Choice::Any).map_err(|e| device(&e))?;
                 let samples = orchard_lockstep::samples(std::slice::from_ref(scenario));
-                let lockstep = orchard_lockstep::Lockstep::new(&gpu, &samples, lanes);
-                Ok(Self::Gpu(Box::new(lockstep.map_err(|e| device(&e))?)))
+                let crews = orchard_lockstep::Lockstep::crews(&gpu, &samples, lanes);
+                Ok(Self::Gpu(crews.map_err(|e| device(&e))?))
             }
         }
     }
@@ -54,7 +65,10 @@ impl Mover {
         match self {
             Self::Cpu => Ok(()),
             #[cfg(feature = "gpu")]
-            Self::Gpu(lockstep) => lockstep.enter(lane, world).map_err(|e| EnvError::Device(e.to_string())),
+            Self::Gpu(crews) => {
+                let (crew, lane) = place(crews, lane);
+                crews[crew].enter(lane, world).map_err(|e| device(&e))
+            }
         }
     }
 
@@ -64,7 +78,64 @@ impl Mover {
         match self {
             Self::Cpu => {}
             #[cfg(feature = "gpu")]
-            Self::Gpu(lockstep) => lockstep.renew(lane),
+            Self::Gpu(crews) => {
+                let (crew, lane) = place(crews, lane);
+                crews[crew].renew(lane);
+            }
+        }
+    }
+
+    /// Number of crews.
+    pub fn crews(&self) -> usize {
+        match self {
+            Self::Cpu => 1,
+            #[cfg(feature = "gpu")]
+            Self::Gpu(crews) => crews.len(),
+        }
+    }
+
+    /// Crew of a lane.
+    #[cfg_attr(not(feature = "gpu"), expect(unused_variables))]
+    pub fn crew_of(&self, lane: usize) -> usize {
+        match self {
+            Self::Cpu => 0,
+            #[cfg(feature = "gpu")]
+            Self::Gpu(crews) => place(crews, lane).0,
+        }
+    }
+
+    /// Begins a frame of worlds of one crew. On the CPU it is over when this returns, and there is nothing to end.
+    ///
+    /// # Errors
+    /// The device was lost.
+    #[cfg_attr(not(feature = "gpu"), expect(unused_variables, clippy::unnecessary_wraps))]
+    pub fn begin(&mut self, crew: usize, turns: Vec<Turn<'_>>) -> Result<Option<Begun>, EnvError> {
+        match self {
+            Self::Cpu => {
+                turns.into_par_iter().for_each(|(_, world, command)| world.step(&command));
+                Ok(None)
+            }
+            #[cfg(feature = "gpu")]
+            Self::Gpu(crews) => {
+                let mut turns = turns_of(crews, turns);
+                crews[crew].begin(&mut turns).map(Some).map_err(|e| device(&e))
+            }
+        }
+    }
+
+    /// Ends the frame that was begun with these turns.
+    ///
+    /// # Errors
+    /// The device was lost.
+    #[cfg_attr(not(feature = "gpu"), expect(unused_variables, clippy::unnecessary_wraps))]
+    pub fn end(&mut self, crew: usize, turns: Vec<Turn<'_>>, begun: Option<Begun>) -> Result<(), EnvError> {
+        match (self, begun) {
+            #[cfg(feature = "gpu")]
+            (Self::Gpu(crews), Some(begun)) => {
+                let mut turns = turns_of(crews, turns);
+                crews[crew].end(&mut turns, begun).map_err(|e| device(&e))
+            }
+            _ => Ok(()),
         }
     }
 
@@ -72,20 +143,16 @@ impl Mover {
     ///
     /// # Errors
     /// The device was lost.
-    pub fn step(&mut self, turns: Vec<Turn<'_>>) -> Result<(), EnvError> {
-        match self {
-            Self::Cpu => {
-                turns.into_par_iter().for_each(|(_, world, command)| world.step(&command));
-                Ok(())
-            }
-            #[cfg(feature = "gpu")]
-            Self::Gpu(lockstep) => {
-                let turns = turns.into_iter();
-                let turns =
-                    turns.map(|(lane, world, command)| orchard_lockstep::Turn { lane, world, command });
-                lockstep.step(&mut turns.collect::<Vec<_>>()).map_err(|e| EnvError::Device(e.to_string()))
-            }
+    pub fn step(&mut self, worlds: &mut [World], commands: &[Command]) -> Result<(), EnvError> {
+        let crews: Vec<usize> = (0..worlds.len()).map(|lane| self.crew_of(lane)).collect();
+        let mut begun = Vec::new();
+        for crew in 0..self.crews() {
+            begun.push(self.begin(crew, of_crew(crew, &crews, worlds, commands))?);
         }
+        for (crew, begun) in begun.into_iter().enumerate() {
+            self.end(crew, of_crew(crew, &crews, worlds, commands), begun)?;
+        }
+        Ok(())
     }
 
     /// True if the worlds move in f64, each on its own.
@@ -95,10 +162,37 @@ impl Mover {
 
     /// Counts of frames by the place where they were computed; `None` on the CPU.
     #[cfg(feature = "gpu")]
-    pub fn tally(&self) -> Option<&orchard_lockstep::Tally> {
+    pub fn tally(&self) -> Option<orchard_lockstep::Tally> {
         match self {
             Self::Cpu => None,
-            Self::Gpu(lockstep) => Some(lockstep.tally()),
+            Self::Gpu(crews) => {
+                let tallies = crews.iter().map(orchard_lockstep::Lockstep::tally);
+                Some(tallies.fold(orchard_lockstep::Tally::default(), orchard_lockstep::Tally::with))
+            }
         }
     }
+}
+
+/// Crew of a lane, and its lane in it.
+#[cfg(feature = "gpu")]
+fn place(crews: &[orchard_lockstep::Lockstep], lane: usize) -> (usize, usize) {
+    let first = crews[0].len();
+    if lane < first { (0, lane) } else { (1, lane - first) }
+}
+
+/// The same turns by the lanes of their crew.
+#[cfg(feature = "gpu")]
+fn turns_of<'a>(
+    crews: &[orchard_lockstep::Lockstep],
+    turns: Vec<Turn<'a>>,
+) -> Vec<orchard_lockstep::Turn<'a>> {
+    let of_crew =
+        |(lane, world, command)| orchard_lockstep::Turn { lane: place(crews, lane).1, world, command };
+    turns.into_iter().map(of_crew).collect()
+}
+
+/// Turns of the worlds of one crew; `crews` has the crew of each world.
+fn of_crew<'a>(crew: usize, crews: &[usize], worlds: &'a mut [World], commands: &[Command]) -> Vec<Turn<'a>> {
+    let all = worlds.iter_mut().zip(commands).enumerate().filter(|(lane, _)| crews[*lane] == crew);
+    all.map(|(lane, (world, command))| (lane, world, *command)).collect()
 }

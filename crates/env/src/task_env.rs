@@ -19,6 +19,7 @@ use crate::report::Report;
 use crate::rules::LearningRules;
 use crate::settings::{Settings, Task, WORLDS};
 use crate::slot::{Shared, Slot};
+use crate::together::{Crew, Member};
 use crate::{harvest, privileged};
 
 /// A task on many worlds: each environment has a world of its own and steps it by actions.
@@ -155,46 +156,36 @@ impl TaskEnv {
         Ok(())
     }
 
-    /// As [`Self::step`], frame by frame, all environments together.
+    /// As [`Self::step`], frame by frame. The environments of a crew advance together; while one crew is on the device, the other's frame is judged here.
     fn step_together(&mut self, actions: &[f32], mask: &[bool]) -> Result<(), EnvError> {
         let Self { shared, slots, mover } = self;
         let size = shared.interface.policy.action.len();
+        let mut crews: Vec<Crew<'_>> = (0..mover.crews()).map(|_| Crew::default()).collect();
         let each = slots.iter_mut().zip(actions.chunks_exact(size)).zip(mask).enumerate();
-        let mut under_way: Vec<_> = each
-            .filter(|(_, (_, chosen))| **chosen)
-            .filter_map(|(lane, ((slot, action), _))| {
-                let motion = slot.motion(action, shared)?;
-                let stepping = slot.begin_step(shared)?;
-                Some((lane, slot, motion, stepping))
-            })
-            .collect();
-        loop {
-            let mut turns = Vec::new();
-            for (lane, slot, motion, stepping) in &mut under_way {
-                if let (Some(frame), Some(world)) = (stepping.next_frame(shared), slot.world_mut()) {
-                    turns.push((*lane, world, motion.command(frame)));
-                }
+        for (lane, ((slot, action), _)) in each.filter(|(_, (_, chosen))| **chosen) {
+            if let (Some(motion), Some(stepping)) = (slot.motion(action, shared), slot.begin_step(shared)) {
+                crews[mover.crew_of(lane)].members.push(Member { lane, slot, motion, stepping });
             }
-            if turns.is_empty() {
-                break;
-            }
-            mover.step(turns)?;
-            under_way.par_iter_mut().for_each(|(_, slot, motion, stepping)| {
-                if let Some(frame) = stepping.next_frame(shared) {
-                    slot.after_frame(stepping, &motion.command(frame), shared);
-                }
-            });
         }
-        under_way.par_iter_mut().for_each(|(_, slot, motion, stepping)| {
-            slot.end_step(stepping, shared);
-            slot.keep(motion);
+        for (number, crew) in crews.iter_mut().enumerate() {
+            crew.begin(number, mover, shared)?;
+        }
+        while crews.iter().any(|crew| crew.is_under_way) {
+            for (number, crew) in crews.iter_mut().enumerate().filter(|(_, crew)| crew.is_under_way) {
+                crew.end(number, mover, shared)?;
+                crew.begin(number, mover, shared)?;
+            }
+        }
+        crews.par_iter_mut().flat_map(|crew| &mut crew.members).for_each(|member| {
+            member.slot.end_step(&member.stepping, shared);
+            member.slot.keep(&member.motion);
         });
         Ok(())
     }
 
     /// Counts of frames by the place where they were computed; `None` on the CPU.
     #[cfg(feature = "gpu")]
-    pub fn tally(&self) -> Option<&orchard_lockstep::Tally> {
+    pub fn tally(&self) -> Option<orchard_lockstep::Tally> {
         self.mover.tally()
     }
 

@@ -39,7 +39,7 @@ impl Env {
 
     /// Counts of frames by the place where they were computed; `None` on the CPU.
     #[cfg(feature = "gpu")]
-    pub fn tally(&self) -> Option<&orchard_lockstep::Tally> {
+    pub fn tally(&self) -> Option<orchard_lockstep::Tally> {
         self.mover.tally()
     }
 
@@ -118,9 +118,7 @@ impl Env {
         if commands.len() != self.worlds.len() {
             return Err(EnvError::CommandCount { given: commands.len(), worlds: self.worlds.len() });
         }
-        let turns = self.worlds.iter_mut().zip(commands).enumerate();
-        let turns = turns.map(|(lane, (world, command))| (lane, world, *command)).collect();
-        self.mover.step(turns)?;
+        self.mover.step(&mut self.worlds, commands)?;
         Ok(self.worlds.par_iter_mut().map(World::drain_events).collect())
     }
 }

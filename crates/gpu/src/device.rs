@@ -222,14 +222,22 @@ impl Gpu {
     /// # Errors
     /// The device was lost.
     pub fn wait(&self) -> Result<(), GpuError> {
-        self.check()?;
-        let waited = self.device.poll(wgpu::PollType::wait_indefinitely());
-        self.check()?;
-        waited.map(|_| ()).map_err(|e| GpuError::Lost(one_line(&e.to_string())))
+        self.wait_for(None)
     }
 }
 
 impl Gpu {
+    /// Waits until a submission is done; `None`: until all are.
+    ///
+    /// # Errors
+    /// The device was lost.
+    pub(crate) fn wait_for(&self, submission_index: Option<wgpu::SubmissionIndex>) -> Result<(), GpuError> {
+        self.check()?;
+        let waited = self.device.poll(wgpu::PollType::Wait { submission_index, timeout: None });
+        self.check()?;
+        waited.map(|_| ()).map_err(|e| GpuError::Lost(one_line(&e.to_string())))
+    }
+
     fn check(&self) -> Result<(), GpuError> {
         match &*self.lost.lock().unwrap_or_else(PoisonError::into_inner) {
             Some(why) => Err(GpuError::Lost(why.clone())),

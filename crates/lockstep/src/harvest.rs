@@ -57,8 +57,8 @@ impl Together {
         lanes: usize,
         threads: usize,
     ) -> Result<Self, TogetherError> {
-        let lockstep = Lockstep::new(gpu, &samples(conditions), lanes)?;
-        Ok(Self { harvest, seats: Seats::new(lockstep, threads)?, lanes })
+        let crews = Lockstep::crews(gpu, &samples(conditions), lanes)?;
+        Ok(Self { harvest, seats: Seats::new(crews, threads)?, lanes })
     }
 
     /// Counts of all frames so far.

@@ -85,6 +85,19 @@ impl Lockstep {
         Ok(Self { batch, lanes: (0..lanes).map(|_| None).collect(), tally: Tally::default() })
     }
 
+    /// Makes lanes of two locksteps, so that the device computes a frame of one while the processor applies the rules of the other; one lane has one lockstep. The lanes of the first come first.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn crews(gpu: &Gpu, samples: &[World], lanes: usize) -> Result<Vec<Self>, LockstepError> {
+        let first = lanes.div_ceil(2);
+        let crews = [first, lanes - first].into_iter().enumerate();
+        crews
+            .filter(|&(k, lanes)| k == 0 || lanes > 0)
+            .map(|(_, lanes)| Self::new(gpu, samples, lanes))
+            .collect()
+    }
+
     /// Number of lanes.
     pub fn len(&self) -> usize {
         self.lanes.len()

@@ -33,7 +33,7 @@ mod tally;
 pub use harvest::{Seated, Together, TogetherError, samples};
 pub use lane::{Lockstep, LockstepError};
 pub use seats::{Seat, Seats};
-pub use step::Turn;
+pub use step::{Begun, Turn};
 pub use tally::{Tally, Where};
 
 #[cfg(doc)]

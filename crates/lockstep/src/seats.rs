@@ -1,109 +1,136 @@
-//! Seats: a lockstep shared by threads, each of which runs one world as if it were alone.
+//! Seats: locksteps shared by threads, each of which runs one world as if it were alone.
 //!
-//! A thread takes a seat, builds its world, and steps it; its step returns when all seats that are taken have given their commands and the frame is over. So code that runs one world after the other, an episode of the
-//! benchmark for one, needs no change to run many at once.
+//! A thread takes a seat, builds its world, and steps it; its step returns when all seats of the crew that are taken have given their commands and the frame is over. So code that runs one world after the other, an episode of the
+//! benchmark for one, needs no change to run many at once. While one crew's frame is on the device, the threads of the other compute their commands.
 
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
 use orchard_gpu::GpuError;
 use orchard_robot::Command;
 use orchard_world::World;
+use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
 use crate::lane::{Lockstep, LockstepError};
 use crate::step::Turn;
 use crate::tally::Tally;
 
-/// A lockstep shared by threads.
+/// Locksteps shared by threads.
 #[derive(Debug)]
 pub struct Seats {
-    table: Mutex<Table>,
-    /// Told when a frame is over, or a seat is free.
-    changed: Condvar,
+    crews: Vec<Crew>,
+    /// Crew and lane of the seats that are free.
+    free: Mutex<Vec<(usize, usize)>>,
+    /// Told when a seat is free.
+    freed: Condvar,
     pool: ThreadPool,
+}
+
+/// Seats of one lockstep, whose worlds advance together.
+#[derive(Debug)]
+struct Crew {
+    table: Mutex<Table>,
+    /// By lane. A thread waits at its own: all that are told at one place would have to pass one lock, one by one.
+    desks: Vec<Desk>,
 }
 
 #[derive(Debug)]
 struct Table {
     lockstep: Lockstep,
-    free: Vec<usize>,
-    /// Seats taken.
+    /// Seats taken, and those of them that wait for the frame.
     taken: usize,
+    waits: usize,
     /// Worlds that wait for the frame, by lane, with their commands.
     waiting: Vec<Option<(Box<World>, Command)>>,
-    /// Worlds whose frame is over, by lane.
-    done: Vec<Option<Box<World>>>,
     /// The error that ended everything.
     lost: Option<String>,
+}
+
+/// Place where a thread waits for its world.
+#[derive(Debug, Default)]
+struct Desk {
+    /// The world after its frame.
+    done: Mutex<Option<Box<World>>>,
+    told: Condvar,
 }
 
 /// A seat, which is given back when it is dropped.
 #[derive(Debug)]
 pub struct Seat {
     seats: Arc<Seats>,
+    crew: usize,
     lane: usize,
 }
 
+/// Locks data that a thread which panicked has left between two frames.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 impl Seats {
-    /// Shares a lockstep; `threads` compute its frames beside the device.
+    /// Shares locksteps; `threads` compute their frames beside the device.
     ///
     /// # Errors
     /// The threads cannot be started.
-    pub fn new(lockstep: Lockstep, threads: usize) -> Result<Arc<Self>, ThreadPoolBuildError> {
-        let lanes = lockstep.len();
-        let table = Table {
-            lockstep,
-            free: (0..lanes).rev().collect(),
-            taken: 0,
-            waiting: (0..lanes).map(|_| None).collect(),
-            done: (0..lanes).map(|_| None).collect(),
-            lost: None,
-        };
+    pub fn new(crews: Vec<Lockstep>, threads: usize) -> Result<Arc<Self>, ThreadPoolBuildError> {
+        let mut free: Vec<(usize, usize)> = crews
+            .iter()
+            .enumerate()
+            .flat_map(|(crew, of)| (0..of.len()).map(move |lane| (crew, lane)))
+            .collect();
+        // The last is taken first: lane by lane, the crews in turn.
+        free.sort_unstable_by_key(|&(crew, lane)| std::cmp::Reverse((lane, crew)));
+        let crews = crews.into_iter().map(|lockstep| {
+            let lanes = lockstep.len();
+            let waiting = (0..lanes).map(|_| None).collect();
+            let table = Table { lockstep, taken: 0, waits: 0, waiting, lost: None };
+            Crew { table: Mutex::new(table), desks: (0..lanes).map(|_| Desk::default()).collect() }
+        });
         let pool = ThreadPoolBuilder::new().num_threads(threads).build()?;
-        Ok(Arc::new(Self { table: Mutex::new(table), changed: Condvar::new(), pool }))
+        Ok(Arc::new(Self { crews: crews.collect(), free: Mutex::new(free), freed: Condvar::new(), pool }))
     }
 
-    fn table(&self) -> MutexGuard<'_, Table> {
-        // A thread that panicked has left the table between two frames.
-        self.table.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Takes a seat, and waits for one if none is free. The others wait from now on until this thread steps its world or leaves.
+    /// Takes a seat, and waits for one if none is free. The others of its crew wait from now on until this thread steps its world or leaves.
     pub fn take(self: &Arc<Self>) -> Seat {
-        let mut table = self.table();
-        loop {
-            if let Some(lane) = table.free.pop() {
-                table.taken += 1;
-                return Seat { seats: self.clone(), lane };
+        let mut free = lock(&self.free);
+        let (crew, lane) = loop {
+            match free.pop() {
+                Some(place) => break place,
+                None => free = self.freed.wait(free).unwrap_or_else(PoisonError::into_inner),
             }
-            table = self.changed.wait(table).unwrap_or_else(PoisonError::into_inner);
-        }
+        };
+        drop(free);
+        lock(&self.crews[crew].table).taken += 1;
+        Seat { seats: self.clone(), crew, lane }
     }
 
     /// Counts of all frames so far.
     pub fn tally(&self) -> Tally {
-        self.table().lockstep.tally().clone()
+        let tables = self.crews.iter().map(|crew| lock(&crew.table));
+        tables.fold(Tally::default(), |tally, table| tally.with(table.lockstep.tally()))
     }
 
     /// Reason for which the device was lost, if it was.
     pub fn lost(&self) -> Option<String> {
-        self.table().lost.clone()
+        self.crews.iter().find_map(|crew| lock(&crew.table).lost.clone())
     }
+}
 
+impl Crew {
     /// Computes a frame if all seats that are taken have their commands.
-    fn step_if_all_wait(&self, table: &mut Table) {
-        let waiting = table.waiting.iter().flatten().count();
-        if waiting == 0 || waiting < table.taken {
+    fn step_if_all_wait(&self, table: &mut Table, pool: &ThreadPool) {
+        if table.waits == 0 || table.waits < table.taken {
             return;
         }
-        let Table { lockstep, waiting, done, lost, .. } = table;
+        table.waits = 0;
+        let Table { lockstep, waiting, lost, .. } = table;
         let mut worlds: Vec<(usize, Box<World>, Command)> = waiting
             .iter_mut()
             .enumerate()
             .filter_map(|(lane, slot)| slot.take().map(|(world, command)| (lane, world, command)))
             .collect();
         if lost.is_none() {
-            let stepped: Result<(), GpuError> = self.pool.install(|| {
+            let stepped: Result<(), GpuError> = pool.install(|| {
                 let turns = worlds.iter_mut().map(|(lane, world, command)| Turn {
                     lane: *lane,
                     world,
@@ -113,43 +140,57 @@ impl Seats {
             });
             *lost = stepped.err().map(|e| e.to_string());
         }
-        for (lane, world, _) in worlds {
-            done[lane] = Some(world);
-        }
-        self.changed.notify_all();
+        pool.install(|| {
+            worlds.into_par_iter().for_each(|(lane, world, _)| {
+                let desk = &self.desks[lane];
+                *lock(&desk.done) = Some(world);
+                desk.told.notify_one();
+            });
+        });
     }
 }
 
 impl Seat {
+    fn crew(&self) -> &Crew {
+        &self.seats.crews[self.crew]
+    }
+
     /// Lets a world sit here.
     ///
     /// # Errors
     /// The device cannot step it.
     pub fn enter(&self, world: &World) -> Result<(), LockstepError> {
-        self.seats.table().lockstep.enter(self.lane, world)
+        lock(&self.crew().table).lockstep.enter(self.lane, world)
     }
 
-    /// Advances the world that sits here by a frame, together with all others. Once the device is lost ([`Seats::lost`]) no world moves any more.
+    /// Advances the world that sits here by a frame, together with all others of its crew. Once the device is lost ([`Seats::lost`]) no world moves any more.
     pub fn step(&self, world: Box<World>, command: Command) -> Box<World> {
-        let mut table = self.seats.table();
+        let crew = self.crew();
+        let mut table = lock(&crew.table);
         table.waiting[self.lane] = Some((world, command));
-        self.seats.step_if_all_wait(&mut table);
+        table.waits += 1;
+        crew.step_if_all_wait(&mut table, &self.seats.pool);
+        drop(table);
+        let desk = &crew.desks[self.lane];
+        let mut done = lock(&desk.done);
         loop {
-            if let Some(world) = table.done[self.lane].take() {
+            if let Some(world) = done.take() {
                 return world;
             }
-            table = self.seats.changed.wait(table).unwrap_or_else(PoisonError::into_inner);
+            done = desk.told.wait(done).unwrap_or_else(PoisonError::into_inner);
         }
     }
 }
 
 impl Drop for Seat {
     fn drop(&mut self) {
-        let mut table = self.seats.table();
+        let crew = self.crew();
+        let mut table = lock(&crew.table);
         table.lockstep.leave(self.lane);
-        table.free.push(self.lane);
         table.taken -= 1;
-        self.seats.step_if_all_wait(&mut table);
-        self.seats.changed.notify_all();
+        crew.step_if_all_wait(&mut table, &self.seats.pool);
+        drop(table);
+        lock(&self.seats.free).push((self.crew, self.lane));
+        self.seats.freed.notify_one();
     }
 }

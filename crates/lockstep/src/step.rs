@@ -20,6 +20,15 @@ pub struct Turn<'a> {
     pub command: Command,
 }
 
+/// A frame under way.
+#[derive(Debug)]
+#[must_use = "a frame that was begun is to be ended"]
+pub struct Begun {
+    places: Vec<Where>,
+    /// Those that the device moves.
+    lent: Vec<Option<Lent>>,
+}
+
 impl Lockstep {
     /// Advances worlds by a frame, each under its command. Worlds in other lanes stand still.
     ///
@@ -29,6 +38,19 @@ impl Lockstep {
     /// # Panics
     /// No world has entered a lane.
     pub fn step(&mut self, turns: &mut [Turn<'_>]) -> Result<(), GpuError> {
+        let begun = self.begin(turns)?;
+        self.end(turns, begun)
+    }
+
+    /// Begins a frame of worlds, each under its command: the device is at work when this returns, and the worlds that are computed here have moved. Another lockstep of the device can begin or end its
+    /// frame before this one ends.
+    ///
+    /// # Errors
+    /// The device was lost.
+    ///
+    /// # Panics
+    /// No world has entered a lane.
+    pub fn begin(&mut self, turns: &mut [Turn<'_>]) -> Result<Begun, GpuError> {
         let lanes = &self.lanes;
         let places: Vec<Where> = turns.par_iter_mut().map(|turn| place_of(lanes, turn)).collect();
         self.exchange(turns, &places)?;
@@ -42,18 +64,25 @@ impl Lockstep {
                 self.batch.command(turn.lane, &lent.command)?;
             }
         }
-        let any_on_device = lent.iter().any(Option::is_some);
-        if any_on_device {
+        if lent.iter().any(Option::is_some) {
             self.pause_others(turns, &places);
             self.batch.advance(1);
+            self.batch.ask();
         }
         // While the device is at work.
         turns.par_iter_mut().zip(&lent).filter(|(_, lent)| lent.is_none()).for_each(|(turn, _)| {
             turn.world.step(&turn.command);
         });
-        if any_on_device {
-            self.batch.fetch()?;
-        }
+        Ok(Begun { places, lent })
+    }
+
+    /// Ends the frame that was begun with these turns.
+    ///
+    /// # Errors
+    /// The device was lost; then the frame is not over, and the worlds cannot go on.
+    pub fn end(&mut self, turns: &mut [Turn<'_>], begun: Begun) -> Result<(), GpuError> {
+        let Begun { places, lent } = begun;
+        self.batch.fetch()?;
         let (batch, lanes) = (&self.batch, &self.lanes);
         let ends: Vec<Option<End>> = turns
             .par_iter_mut()

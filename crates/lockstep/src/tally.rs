@@ -43,6 +43,17 @@ impl Tally {
         *self.frames.entry(place.name().to_owned()).or_default() += 1;
     }
 
+    /// Adds the counts of others.
+    #[must_use]
+    pub fn with(mut self, others: &Self) -> Self {
+        for (name, frames) in &others.frames {
+            *self.frames.entry(name.clone()).or_default() += frames;
+        }
+        self.contacts_lost += others.contacts_lost;
+        self.contacts_unsolved += others.contacts_unsolved;
+        self
+    }
+
     /// Number of all frames.
     pub fn total(&self) -> u64 {
         self.frames.values().sum()

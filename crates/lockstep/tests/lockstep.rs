@@ -91,8 +91,14 @@ fn company_changes_no_bit() {
     }
     for frame in 0..80 {
         let command = command_at(frame);
-        few.step(&mut [Turn { lane: 0, world: &mut one, command }]).unwrap();
-        step_all(&mut many, &mut worlds, command);
+        // The frames of both are under way at once.
+        let mut alone = [Turn { lane: 0, world: &mut one, command }];
+        let of_one = few.begin(&mut alone).unwrap();
+        let mut turns: Vec<_> =
+            worlds.iter_mut().enumerate().map(|(lane, world)| Turn { lane, world, command }).collect();
+        let of_many = many.begin(&mut turns).unwrap();
+        few.end(&mut alone, of_one).unwrap();
+        many.end(&mut turns, of_many).unwrap();
         if frame % 32 == 7 {
             // Another tree beside it.
             worlds[0] = samples[(frame / 32) as usize].clone();

@@ -45,7 +45,7 @@ pub fn spaces_of(
 
 #[cfg(feature = "gpu")]
 fn frames_of(env: &TaskEnv) -> Option<std::collections::BTreeMap<String, u64>> {
-    env.tally().map(|tally| tally.frames.clone())
+    env.tally().map(|tally| tally.frames)
 }
 
 #[cfg(not(feature = "gpu"))]

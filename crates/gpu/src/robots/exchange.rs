@@ -3,15 +3,24 @@
 use orchard_multibody::{Data, Model};
 use orchard_robot::{BaseJoint, JointValues, RobotHandle, SetPoints};
 
-use super::{RobotBatch, place};
-use crate::device::GpuError;
+use super::{RobotBatch, row_place};
 use crate::layout::{QUAD, robot};
 
 impl RobotBatch {
-    /// Reads the states of all robots.
-    pub(crate) fn fetch_all(&mut self) -> Result<(), GpuError> {
-        let whole = 0..self.states.len();
-        self.gpu.fetch(&mut [(&self.buffers.robots, &mut self.states, vec![whole])])
+    /// Places of the quads of a robot's state on the device.
+    pub(crate) fn quad_places(world: usize) -> impl Iterator<Item = u32> {
+        (0..robot::FIELDS)
+            .step_by(QUAD)
+            .map(move |field| (row_place(world, field, robot::FIELDS) / QUAD) as u32)
+    }
+
+    /// Takes the states of all robots from quads that were read from these places.
+    pub(crate) fn take_quads(&mut self, quads: &[[f32; QUAD]]) {
+        for (world, quads) in quads.chunks_exact(robot::FIELDS / QUAD).enumerate() {
+            for (at, quad) in Self::quad_places(world).zip(quads) {
+                self.states[QUAD * at as usize..][..QUAD].copy_from_slice(quad);
+            }
+        }
     }
 
     /// Writes coordinates and velocities that were read into a state of a model that holds this robot.
@@ -74,15 +83,13 @@ impl RobotBatch {
             numbers.extend(values.iter().enumerate().map(|(k, value)| (field + k, *value)));
         }
         for (field, value) in numbers {
-            self.states[place(world, field, robot::FIELDS)] = value as f32;
+            self.states[row_place(world, field, robot::FIELDS)] = value as f32;
         }
     }
 
     /// The quads of a robot's state on the host.
     pub(crate) fn state_quads(&self, world: usize) -> impl Iterator<Item = (u32, [f32; QUAD])> {
-        (0..robot::FIELDS).step_by(QUAD).map(move |field| {
-            let at = place(world, field, robot::FIELDS);
-            ((at / QUAD) as u32, std::array::from_fn(|k| self.states[at + k]))
-        })
+        Self::quad_places(world)
+            .map(move |at| (at, std::array::from_fn(|k| self.states[QUAD * at as usize + k])))
     }
 }

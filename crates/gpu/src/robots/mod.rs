@@ -53,7 +53,7 @@ impl RobotBatch {
         let mut states = vec![0.0; blocks * robot::FIELDS * LANES];
         for world in 0..blocks * LANES {
             for (field, number) in table.start.iter().enumerate() {
-                states[place(world, field, robot::FIELDS)] = *number;
+                states[row_place(world, field, robot::FIELDS)] = *number;
             }
         }
         let commands = vec![0.0; blocks * command::FIELDS * LANES];
@@ -114,7 +114,7 @@ impl RobotBatch {
             for (k, value) in values.iter().enumerate() {
                 let largest = value.clamp(-LARGEST_COMMAND, LARGEST_COMMAND);
                 let number = if value.is_finite() { largest as f32 } else { f32::NAN };
-                self.commands[place(world, field + k, command::FIELDS)] = number;
+                self.commands[row_place(world, field + k, command::FIELDS)] = number;
             }
         }
         self.commands_changed = true;
@@ -143,12 +143,12 @@ impl RobotBatch {
         let start = self.start_command;
         for &world in worlds {
             self.write(world, &start);
-            self.commands[place(world, command::RESET, command::FIELDS)] = 1.0;
+            self.commands[row_place(world, command::RESET, command::FIELDS)] = 1.0;
         }
         self.buffers.send_commands(&self.gpu, &self.commands);
         self.buffers.run(&self.gpu, RobotPass::Reset, 1);
         for &world in worlds {
-            self.commands[place(world, command::RESET, command::FIELDS)] = 0.0;
+            self.commands[row_place(world, command::RESET, command::FIELDS)] = 0.0;
         }
         self.commands_changed = true;
     }
@@ -200,12 +200,12 @@ impl RobotBatch {
     /// Overwrites a number of a world's state on the device.
     #[cfg(test)]
     pub(crate) fn overwrite(&self, world: usize, field: usize, value: f32) {
-        let at = 4 * place(world, field, robot::FIELDS) as u64;
+        let at = 4 * row_place(world, field, robot::FIELDS) as u64;
         self.gpu.queue.write_buffer(&self.buffers.robots, at, &value.to_ne_bytes());
     }
 
     fn number(&self, world: usize, field: usize) -> f32 {
-        self.states[place(world, field, robot::FIELDS)]
+        self.states[row_place(world, field, robot::FIELDS)]
     }
 
     /// Reads the block of a world.
@@ -217,6 +217,6 @@ impl RobotBatch {
 }
 
 /// Place of a field of a world in a buffer of rows with `fields` fields.
-fn place(world: usize, field: usize, fields: usize) -> usize {
+pub(crate) fn row_place(world: usize, field: usize, fields: usize) -> usize {
     world / LANES * fields * LANES + quad_at(field, world % LANES)
 }

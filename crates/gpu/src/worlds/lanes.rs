@@ -12,8 +12,9 @@ use super::quads::{Gathered, NOWHERE, scatter};
 use super::{WorldBatch, check};
 use crate::BatchError;
 use crate::device::{Gpu, GpuError};
-use crate::layout::{LANES, meeting, system};
-use crate::memory::{Room, quad_at};
+use crate::layout::{QUAD, meeting, robot, system};
+use crate::memory::Room;
+use crate::robots::{RobotBatch, row_place};
 use crate::rules::Rules;
 use crate::schedule::Schedule;
 
@@ -47,21 +48,21 @@ pub struct Tenant<'a> {
     pub set_points: &'a SetPoints,
 }
 
-/// Numbers that are read from the device after every frame.
+/// Quads that are read from the device after every frame, by section and lane: angles and rates of the links; places and velocities of the fruit, two quads each; beginnings of the
+/// records of contacts; servos, then losses, of the robots' joints; states of the robots.
 #[derive(Debug)]
-pub(super) struct Read {
-    /// Angles and rates of the links, by lane.
-    links: Gathered,
-    /// Places and velocities of the fruit, two quads each, by lane.
-    fruit: Gathered,
-    /// Beginnings of the records of contacts, one a lane.
-    records: Vec<f32>,
-    /// Servos and losses of the robots' joints, by block.
-    drives: Vec<f32>,
-}
+pub(super) struct Read(Gathered);
 
-/// Fields of servos and losses of a block of robots.
-const DRIVES: std::ops::Range<usize> = system::SERVO..system::LINK;
+const LINKS: usize = 0;
+const FRUIT: usize = 1;
+const RECORDS: usize = 2;
+const DRIVES: usize = 3;
+const ROBOTS: usize = 4;
+
+/// Quads of a lane in the last three sections.
+const RECORD: usize = Meeting::NUMBERS / QUAD;
+const DRIVE: usize = 2 * robot::DOFS;
+const ROBOT: usize = robot::FIELDS / QUAD;
 
 impl WorldBatch {
     /// Creates lanes, all empty, for worlds like a sample, whose trees have no more than a size. [`Self::plant`] puts worlds into them. Then the device computes motion and contacts; breaking of wood and detachment of fruit
@@ -80,9 +81,31 @@ impl WorldBatch {
         let starts = vec![Pose::identity(); lanes];
         let [links, fruit] = [room.links(), 2 * room.fruit()].map(|each| lanes * each);
         let mut batch = Self::in_room(gpu, &trees, robot, &starts, room)?;
-        let links = Gathered::new(gpu, &batch.trees.buffers.links, links);
-        let fruit = Gathered::new(gpu, &batch.trees.buffers.fruit, fruit);
-        batch.read = Some(Read { links, fruit, records: Vec::new(), drives: Vec::new() });
+        let (of_trees, meetings) = (&batch.trees.buffers, &batch.buffers.meetings);
+        let read = Gathered::new(
+            gpu,
+            &[
+                (&of_trees.links, links),
+                (&of_trees.fruit, fruit),
+                (meetings, lanes * RECORD),
+                (meetings, lanes * DRIVE),
+                (&batch.robots.buffers.robots, lanes * ROBOT),
+            ],
+        );
+        let (table, quads) = (&batch.table, |range: std::ops::Range<usize>| range.map(|quad| quad as u32));
+        let records = (0..lanes).flat_map(|lane| {
+            let first = (table.records + lane * table.record) / QUAD;
+            quads(first..first + RECORD)
+        });
+        read.set_places(gpu, RECORDS, 0, &records.collect::<Vec<_>>());
+        let drives = (0..lanes).flat_map(|lane| {
+            let fields = (0..DRIVE).map(|k| system::SERVO + QUAD * k);
+            fields.map(move |field| (row_place(lane, field, system::FIELDS) / QUAD) as u32)
+        });
+        read.set_places(gpu, DRIVES, 0, &drives.collect::<Vec<_>>());
+        let robots = (0..lanes).flat_map(RobotBatch::quad_places);
+        read.set_places(gpu, ROBOTS, 0, &robots.collect::<Vec<_>>());
+        batch.read = Some(Read(read));
         batch.judges = false;
         (0..lanes).for_each(|lane| batch.retire(lane));
         Ok(batch)
@@ -151,12 +174,11 @@ impl WorldBatch {
         self.gpu.queue.write_buffer(&self.buffers.tables, 4 * at as u64, words);
         let Some(read) = &self.read else { return };
         let [links, fruit] = self.trees.memory.motion_quads(lane);
-        let sizes = [self.room.links(), 2 * self.room.fruit()];
-        for ((gathered, mut places), each) in
-            [(&read.links, links), (&read.fruit, fruit)].into_iter().zip(sizes)
+        for (section, mut places, each) in
+            [(LINKS, links, self.room.links()), (FRUIT, fruit, 2 * self.room.fruit())]
         {
             places.resize(each, NOWHERE);
-            gathered.set_places(&self.gpu, lane * each, &places);
+            read.0.set_places(&self.gpu, section, lane * each, &places);
         }
     }
 
@@ -165,39 +187,30 @@ impl WorldBatch {
         self.trees.stop(lane, NEVER_RAN);
     }
 
-    /// Reads the motion of all lanes, after waiting for all frames.
+    /// Submits the reading of the motion of all lanes, behind the frames submitted so far.
+    pub fn ask(&mut self) {
+        if let Some(Read(read)) = &mut self.read {
+            read.ask(&self.gpu);
+        }
+    }
+
+    /// Waits for the reading that [`Self::ask`] submitted; frames of other batches that were submitted behind it go on.
     ///
     /// # Errors
     /// The device was lost.
     pub fn fetch(&mut self) -> Result<(), GpuError> {
-        let Some(read) = &mut self.read else { return Ok(()) };
-        read.links.submit(&self.gpu);
-        read.fruit.submit(&self.gpu);
-        // It waits for all.
-        self.robots.fetch_all()?;
-        read.links.take()?;
-        read.fruit.take()?;
-        let lanes = self.trees.len();
-        let records = (0..lanes).map(|lane| {
-            let first = self.table.records + lane * self.table.record;
-            (&self.buffers.meetings, first..first + Meeting::NUMBERS)
-        });
-        read.records = self.gpu.read(&records.collect::<Vec<_>>())?;
-        let each = system::FIELDS * LANES;
-        let drives = (0..lanes.div_ceil(LANES)).map(|block| {
-            let first = block * each;
-            (&self.buffers.meetings, first + DRIVES.start * LANES..first + DRIVES.end * LANES)
-        });
-        read.drives = self.gpu.read(&drives.collect::<Vec<_>>())?;
+        let Some(Read(read)) = &mut self.read else { return Ok(()) };
+        read.fetch(&self.gpu)?;
+        self.robots.take_quads(read.section(ROBOTS));
         Ok(())
     }
 
     /// Writes the motion that [`Self::fetch`] read, of the wood, of the fruit that hang in `data` and of the robot, with the efforts of its servos, into the state of the model from which a lane's world came. Returns the set points of its servos.
     pub fn store(&self, lane: usize, model: &Model, handle: &RobotHandle, data: &mut Data) -> SetPoints {
         self.robots.store_fetched(lane, model, handle, data);
-        let Some(read) = &self.read else { return self.robots.set_points(lane, handle) };
+        let Some(Read(read)) = &self.read else { return self.robots.set_points(lane, handle) };
         let plant = &self.trees.plants[lane];
-        let links = &read.links.quads[lane * self.room.links()..];
+        let links = &read.section(LINKS)[lane * self.room.links()..];
         for (&id, motion) in plant.tree.bodies.iter().zip(links) {
             let (dof, q) = (model.dofs(id).start, model.qs(id).start);
             for k in 0..2 {
@@ -205,7 +218,7 @@ impl WorldBatch {
                 data.v[dof + k] = f64::from(motion[2 + k]);
             }
         }
-        let fruit = read.fruit.quads[lane * 2 * self.room.fruit()..].chunks_exact(2);
+        let fruit = read.section(FRUIT)[lane * 2 * self.room.fruit()..].chunks_exact(2);
         for (id, motion) in plant.fruit.points.iter().zip(fruit) {
             let at = id.index();
             if data.tethered[at] {
@@ -214,18 +227,14 @@ impl WorldBatch {
             }
         }
         let own = &self.robots.alone.model;
-        let number = |dof: usize, field: usize| {
-            let at = (field - DRIVES.start) + 4 * dof;
-            let block = lane / LANES * DRIVES.len() * LANES;
-            move |k: usize| f64::from(read.drives[block + quad_at(at + k, lane % LANES)])
-        };
+        let (servos, losses) = read.section(DRIVES)[lane * DRIVE..][..DRIVE].split_at(robot::DOFS);
         for (id, &body) in own.body_ids().zip(&handle.bodies) {
             for (dof, to) in own.dofs(id).zip(model.dofs(body)) {
-                let (servo, loss) = (number(dof, system::SERVO), number(dof, system::LOSS));
-                data.stiffness[to] = servo(0);
-                data.damping[to] = servo(1) + loss(1) + loss(2) / orchard_robot::Drivetrain::CREEP;
-                data.rest[to] = servo(2);
-                data.torque[to] = servo(3) + loss(0);
+                let [servo, loss] = [servos[dof], losses[dof]].map(|quad| quad.map(f64::from));
+                data.stiffness[to] = servo[0];
+                data.damping[to] = servo[1] + loss[1] + loss[2] / orchard_robot::Drivetrain::CREEP;
+                data.rest[to] = servo[2];
+                data.torque[to] = servo[3] + loss[0];
             }
         }
         self.robots.set_points(lane, handle)
@@ -233,8 +242,8 @@ impl WorldBatch {
 
     /// Contacts of a lane's world that [`Self::fetch`] read. Counts and loads are those since the world came.
     pub fn contacts(&self, lane: usize) -> Meeting {
-        let Some(read) = &self.read else { return Meeting::default() };
-        let numbers = &read.records[lane * Meeting::NUMBERS..(lane + 1) * Meeting::NUMBERS];
-        Meeting::of(numbers, self.trees.memory.rules.h)
+        let Some(Read(read)) = &self.read else { return Meeting::default() };
+        let quads = &read.section(RECORDS)[lane * RECORD..(lane + 1) * RECORD];
+        Meeting::of(quads.as_flattened(), self.trees.memory.rules.h)
     }
 }

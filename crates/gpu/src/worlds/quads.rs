@@ -1,5 +1,6 @@
 //! Quads of a buffer that the host reads in every frame, or writes now and then, wherever they lie.
 
+use rayon::prelude::*;
 use wgpu::{BufferUsages, ComputePipeline};
 
 use crate::buffers::create_buffer;
@@ -8,58 +9,102 @@ use crate::layout::QUAD;
 
 /// Threads of a workgroup of `kernels/quads.wgsl`: as many as the kernels of trees ask of a device.
 const THREADS: usize = 192;
+/// Bytes of a quad.
+const QUAD_BYTES: usize = 4 * QUAD;
+/// Quads that a thread copies at once: 64 kB, our own choice.
+const COPIED: usize = 4096;
 /// Place of a quad that is not there.
 pub(super) const NOWHERE: u32 = u32::MAX;
 
-/// Quads of a buffer at places that stay for some time.
+/// Quads of buffers at places that stay for some time, which are read together: one copy, one wait.
 #[derive(Debug)]
 pub(super) struct Gathered {
-    places: wgpu::Buffer,
+    sections: Vec<Section>,
     packed: wgpu::Buffer,
     staging: wgpu::Buffer,
+    /// The reading under way.
+    asked: Option<wgpu::SubmissionIndex>,
+    /// As they were read last, section by section.
+    quads: Vec<[f32; QUAD]>,
+}
+
+/// Places of one buffer.
+#[derive(Debug)]
+struct Section {
+    places: wgpu::Buffer,
     bindings: wgpu::BindGroup,
+    /// First of its quads among all, and their number.
+    first: usize,
     count: usize,
-    /// As they were read last.
-    pub quads: Vec<[f32; QUAD]>,
 }
 
 impl Gathered {
-    /// Lists `count` places of a buffer, all nowhere.
-    pub fn new(gpu: &Gpu, of: &wgpu::Buffer, count: usize) -> Self {
+    /// Lists numbers of places of buffers, all nowhere.
+    pub fn new(gpu: &Gpu, of: &[(&wgpu::Buffer, usize)]) -> Self {
         let storage = BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
-        let places = create_buffer(gpu, "places", 4 * count, storage);
-        gpu.queue.write_buffer(&places, 0, &vec![0xff; 4 * count]);
-        let packed = create_buffer(gpu, "packed", 16 * count, storage);
+        // A section begins where a buffer may be bound.
+        let step = gpu.device.limits().min_storage_buffer_offset_alignment as usize / QUAD_BYTES;
+        let ends = of.iter().scan(0, |end, (_, count)| {
+            *end = (*end + count).next_multiple_of(step.max(1));
+            Some(*end)
+        });
+        let ends: Vec<usize> = ends.collect();
+        let all = ends.last().copied().unwrap_or(0);
+        let packed = create_buffer(gpu, "packed", QUAD_BYTES * all, storage);
         let read = BufferUsages::MAP_READ | BufferUsages::COPY_DST;
-        let staging = create_buffer(gpu, "staging", 16 * count, read);
-        let bindings = bound(gpu, &places, of, &packed);
-        Self { places, packed, staging, bindings, count, quads: vec![[0.0; QUAD]; count] }
+        let staging = create_buffer(gpu, "staging", QUAD_BYTES * all, read);
+        let firsts = std::iter::once(0).chain(ends);
+        let sections = of.iter().zip(firsts).map(|(&(buffer, count), first)| {
+            let places = create_buffer(gpu, "places", 4 * count, storage);
+            gpu.queue.write_buffer(&places, 0, &vec![0xff; 4 * count]);
+            let bindings = bound(gpu, &places, buffer, packed_from(&packed, first));
+            Section { places, bindings, first, count }
+        });
+        let (sections, quads) = (sections.collect(), vec![[0.0; QUAD]; all]);
+        Self { sections, packed, staging, asked: None, quads }
     }
 
-    /// Sets some successive places.
-    pub fn set_places(&self, gpu: &Gpu, first: usize, places: &[u32]) {
-        gpu.queue.write_buffer(&self.places, 4 * first as u64, bytemuck::cast_slice(places));
+    /// Sets some successive places of a section.
+    pub fn set_places(&self, gpu: &Gpu, section: usize, first: usize, places: &[u32]) {
+        gpu.queue.write_buffer(
+            &self.sections[section].places,
+            4 * first as u64,
+            bytemuck::cast_slice(places),
+        );
     }
 
-    /// Submits the reading.
-    pub fn submit(&self, gpu: &Gpu) {
+    /// Quads of a section as they were read last.
+    pub fn section(&self, section: usize) -> &[[f32; QUAD]] {
+        let Section { first, count, .. } = self.sections[section];
+        &self.quads[first..first + count]
+    }
+
+    /// Submits the reading of all quads, behind all work submitted so far.
+    pub fn ask(&mut self, gpu: &Gpu) {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        run(&mut encoder, &gpu.quad_pipelines().gather, &self.bindings, self.count);
-        encoder.copy_buffer_to_buffer(&self.packed, 0, &self.staging, 0, 16 * self.count as u64);
-        gpu.queue.submit([encoder.finish()]);
+        for section in &self.sections {
+            run(&mut encoder, &gpu.quad_pipelines().gather, &section.bindings, section.count);
+        }
+        let bytes = (QUAD_BYTES * self.quads.len()) as u64;
+        encoder.copy_buffer_to_buffer(&self.packed, 0, &self.staging, 0, bytes);
+        self.asked = Some(gpu.queue.submit([encoder.finish()]));
         // A lost device is reported by the wait.
-        self.staging.slice(..16 * self.count as u64).map_async(wgpu::MapMode::Read, |_| {});
+        self.staging.slice(..bytes).map_async(wgpu::MapMode::Read, |_| {});
     }
 
-    /// Takes what was read, after the wait for it.
+    /// Waits for the reading that was asked for, if one was. Work submitted behind it goes on.
     ///
     /// # Errors
     /// The device was lost.
-    pub fn take(&mut self) -> Result<(), GpuError> {
-        let slice = self.staging.slice(..16 * self.count as u64);
-        let mapped = slice.get_mapped_range().map_err(|e| GpuError::Lost(e.to_string()))?;
-        self.quads.copy_from_slice(bytemuck::cast_slice(&mapped));
-        drop(mapped);
+    pub fn fetch(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
+        let Some(asked) = self.asked.take() else { return Ok(()) };
+        gpu.wait_for(Some(asked))?;
+        let slice = self.staging.slice(..(QUAD_BYTES * self.quads.len()) as u64);
+        let view = slice.get_mapped_range().map_err(|e| GpuError::Lost(e.to_string()))?;
+        let mapped: &[[f32; QUAD]] = bytemuck::cast_slice(&view);
+        let parts = self.quads.par_chunks_mut(COPIED).zip(mapped.par_chunks(COPIED));
+        parts.for_each(|(here, there)| here.copy_from_slice(there));
+        drop(view);
         self.staging.unmap();
         Ok(())
     }
@@ -73,22 +118,37 @@ pub(super) fn scatter(gpu: &Gpu, to: &wgpu::Buffer, quads: &[(u32, [f32; QUAD])]
     let (places, values): (Vec<u32>, Vec<[f32; QUAD]>) = quads.iter().copied().unzip();
     let storage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
     let list = create_buffer(gpu, "places", 4 * places.len(), storage);
-    let packed = create_buffer(gpu, "packed", 16 * values.len(), storage);
+    let packed = create_buffer(gpu, "packed", QUAD_BYTES * values.len(), storage);
     // The buffers are a little longer than the lists: what lies behind them goes nowhere.
     let mut padded = places;
     padded.resize(padded.len().next_multiple_of(QUAD), NOWHERE);
     gpu.queue.write_buffer(&list, 0, bytemuck::cast_slice(&padded));
     gpu.queue.write_buffer(&packed, 0, bytemuck::cast_slice(&values));
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    run(&mut encoder, &gpu.quad_pipelines().scatter, &bound(gpu, &list, to, &packed), padded.len());
+    run(
+        &mut encoder,
+        &gpu.quad_pipelines().scatter,
+        &bound(gpu, &list, to, packed_from(&packed, 0)),
+        padded.len(),
+    );
     gpu.queue.submit([encoder.finish()]);
 }
 
-fn bound(gpu: &Gpu, places: &wgpu::Buffer, of: &wgpu::Buffer, packed: &wgpu::Buffer) -> wgpu::BindGroup {
-    let entries: Vec<_> = (0..)
-        .zip([places, of, packed])
-        .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
-        .collect();
+/// A buffer of packed quads from one of them on.
+fn packed_from(packed: &wgpu::Buffer, first: usize) -> wgpu::BindingResource<'_> {
+    let offset = (QUAD_BYTES * first) as u64;
+    wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer: packed, offset, size: None })
+}
+
+fn bound(
+    gpu: &Gpu,
+    places: &wgpu::Buffer,
+    of: &wgpu::Buffer,
+    packed: wgpu::BindingResource<'_>,
+) -> wgpu::BindGroup {
+    let resources = [places.as_entire_binding(), of.as_entire_binding(), packed];
+    let entries: Vec<_> =
+        (0..).zip(resources).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
     let layout = &gpu.quad_pipelines().bindings;
     gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
 }

@@ -54,7 +54,7 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
         let note = format!(
             "Reach-v1 from state at {CONTROL_HZ} Hz, distinct trees; {:.1} % of the frames on the device: {:?}",
             100.0 * share,
-            env.tally().map(|tally| tally.frames.clone()).unwrap_or_default()
+            env.tally().map(|tally| tally.frames).unwrap_or_default()
         );
         let row = Row::measured(&name, rates.median(), "steps/s");
         let row = if envs == TARGET_ENVS { row.at_least(TARGET) } else { row };

@@ -1,0 +1,63 @@
+//! Environments that advance together, frame by frame.
+
+use orchard_policy::Motion;
+use rayon::prelude::*;
+
+use crate::error::EnvError;
+use crate::mover::{Begun, Mover, Turn};
+use crate::slot::{Shared, Slot, Stepping};
+
+/// An environment in the midst of a step.
+pub(crate) struct Member<'a> {
+    pub lane: usize,
+    pub slot: &'a mut Slot,
+    pub motion: Motion,
+    pub stepping: Stepping,
+}
+
+/// Environments whose frames are computed together.
+#[derive(Default)]
+pub(crate) struct Crew<'a> {
+    pub members: Vec<Member<'a>>,
+    /// True if a frame was begun and not ended.
+    pub is_under_way: bool,
+    begun: Option<Begun>,
+}
+
+impl Crew<'_> {
+    /// Begins the next frame of the steps that go on, if there is one.
+    ///
+    /// # Errors
+    /// The device was lost.
+    pub fn begin(&mut self, number: usize, mover: &mut Mover, shared: &Shared) -> Result<(), EnvError> {
+        let turns = self.turns(shared);
+        self.is_under_way = !turns.is_empty();
+        self.begun = if turns.is_empty() { None } else { mover.begin(number, turns)? };
+        Ok(())
+    }
+
+    /// Ends the frame, and judges it.
+    ///
+    /// # Errors
+    /// The device was lost.
+    pub fn end(&mut self, number: usize, mover: &mut Mover, shared: &Shared) -> Result<(), EnvError> {
+        let begun = self.begun.take();
+        mover.end(number, self.turns(shared), begun)?;
+        self.members.par_iter_mut().for_each(|Member { slot, motion, stepping, .. }| {
+            if let Some(frame) = stepping.next_frame(shared) {
+                slot.after_frame(stepping, &motion.command(frame), shared);
+            }
+        });
+        self.is_under_way = false;
+        Ok(())
+    }
+
+    /// Frame of every step that goes on.
+    fn turns(&mut self, shared: &Shared) -> Vec<Turn<'_>> {
+        let turns = self.members.iter_mut().filter_map(|Member { lane, slot, motion, stepping }| {
+            let (frame, world) = (stepping.next_frame(shared)?, slot.world_mut()?);
+            Some((*lane, world, motion.command(frame)))
+        });
+        turns.collect()
+    }
+}
