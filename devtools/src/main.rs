@@ -9,6 +9,7 @@ mod check_learning;
 mod check_network;
 mod check_python;
 mod check_report;
+mod check_site;
 mod check_statistics;
 mod check_web;
 mod fuzz;
@@ -17,6 +18,7 @@ mod perf;
 mod python;
 mod read_back;
 mod reuse;
+mod site;
 mod test;
 mod tidy;
 mod web;
@@ -49,6 +51,7 @@ enum Command {
     CheckNetwork(check_network::Args),
     CheckPython(check_python::Args),
     CheckReport(check_report::Args),
+    CheckSite(check_site::Args),
     CheckStatistics(check_statistics::Args),
     CheckWeb(check_web::Args),
     Fuzz(fuzz::Args),
@@ -56,6 +59,7 @@ enum Command {
     Perf(perf::Args),
     ReadBack(read_back::Args),
     CheckReuse(reuse::Args),
+    Site(site::Args),
     Test(test::Args),
     Tidy(tidy::Args),
     Web(web::Args),
@@ -76,6 +80,7 @@ fn execute(command: &Command) -> Result<(), Failure> {
         Command::CheckNetwork(args) => check_network::run(args),
         Command::CheckPython(args) => check_python::run(args),
         Command::CheckReport(args) => check_report::run(args),
+        Command::CheckSite(args) => check_site::run(args),
         Command::CheckStatistics(args) => check_statistics::run(args),
         Command::CheckWeb(args) => check_web::run(args),
         Command::Fuzz(args) => fuzz::run(args),
@@ -83,6 +88,7 @@ fn execute(command: &Command) -> Result<(), Failure> {
         Command::Perf(args) => perf::run(args),
         Command::ReadBack(args) => read_back::run(args),
         Command::CheckReuse(args) => reuse::run(args),
+        Command::Site(args) => site::run(args),
         Command::Test(args) => test::run(args),
         Command::Tidy(args) => tidy::run(args),
         Command::Web(args) => web::run(args),

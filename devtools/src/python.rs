@@ -99,6 +99,18 @@ impl Environment {
         command
     }
 
+    /// A command that runs a module of an installed package.
+    pub fn module(&self, name: &str) -> Command {
+        let mut command = Command::new(&self.python);
+        command.args(["-m", name]);
+        command
+    }
+
+    /// Folder of the environment's programs, `python` among them.
+    pub fn programs(&self) -> &Path {
+        self.python.parent().unwrap_or(&self.python)
+    }
+
     /// Runs a script that compares the cases.
     pub fn compare(&self, script: &str, cases: &[PathBuf]) -> Result<(), Failure> {
         match self.script(script).args(cases).status() {

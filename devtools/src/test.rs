@@ -20,7 +20,7 @@ use crate::{check_learning, check_python, fuzz, reuse, tidy, workspace};
 #[command(
     after_help = "Steps: cargo fmt --check, cargo clippy -D warnings, cargo doc -D warnings, cargo test --workspace, view (the viewer's window), packages (cargo package of\n\
                   every crate, and a controller built outside the workspace on the packaged crates), validate gpu, fuzz. Beside them run tidy, combinations (every\n\
-                  preset x camera x controller, a short episode each), judge, check-statistics, read-back, check-report, check-web, check-network, check-python.\n\
+                  preset x camera x controller, a short episode each), judge, check-statistics, read-back, check-report, check-web, check-network, check-python, check-site.\n\
                   All steps run; the last lines list the results and times of the steps, and the number of tests skipped without a graphics\n\
                   adapter. A step whose tools are missing is skipped with a message; with CI=true in the environment it fails.\n\n\
                   With --learning: the adapters for Stable-Baselines3, rsl_rl, skrl, TorchRL, PufferLib, vla-eval and LeRobot (lerobot-eval, too), each at a tiny\n\

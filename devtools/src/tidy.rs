@@ -2,15 +2,16 @@
 
 mod architecture;
 mod circles;
+mod commands;
 mod crates;
 mod figures;
 mod lengths;
 mod mapping;
 mod marked;
-mod metrics;
+pub mod metrics;
 mod purity;
 mod robot_pages;
-mod sources;
+pub mod sources;
 
 use std::path::Path;
 
@@ -23,7 +24,8 @@ use orchard_program::Failure;
     after_help = "Checks:\n  crates depend only on crates below them; networks, perception, picker, policy and learned controllers have no access to ground truth\n  \
 the files of a crate have no circular imports\n  \
 crates from quantity to learned, play, report and web open no files and read no clock\n  docs/architecture.md names every crate and no other\n  the tables of metrics and robots and the reference of a robot's mapping are those of the code\n  \
-every source key in configs/ and of the robots exists in docs/references.bib, and README and conventions count them rightly\n  no source file is longer than 800 lines (warning above 500)"
+every source key in configs/ and of the robots exists in docs/references.bib, and README and conventions count them rightly\n  \
+every command line of README, docs and --help is one that `orchard` and `cargo xtask` take, and their blocks of TOML and JSON are valid\n  no source file is longer than 800 lines (warning above 500)"
 )]
 pub struct Args {
     /// Bring the tables of metrics, robots and sources and the reference of the mapping in the documentation up to date instead of comparing them.
@@ -125,6 +127,7 @@ fn check(root: &Path, write: bool) -> anyhow::Result<Findings> {
         Findings::errors(architecture::check(root, &packages)?),
         Findings::errors(sources::check(root)?),
         Findings::errors(figures::check(root, write)?),
+        Findings::errors(commands::check(root)?),
         Findings::errors(metrics::check(root, write)?),
         Findings::errors(mapping::check(root, write)?),
         Findings::errors(robot_pages::check(root, write)?),

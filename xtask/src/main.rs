@@ -6,18 +6,20 @@ use std::path::Path;
 use std::process::{Command, ExitCode};
 
 /// Commands of the developers' tools (`devtools`); every other command is one of the program's.
-const DEVELOPER: [&str; 14] = [
+const DEVELOPER: [&str; 16] = [
     "check-combinations",
     "check-network",
     "check-python",
     "check-report",
     "check-reuse",
+    "check-site",
     "check-statistics",
     "check-web",
     "fuzz",
     "judge",
     "perf",
     "read-back",
+    "site",
     "test",
     "tidy",
     "web",

@@ -62,6 +62,11 @@ enum Command {
     GpuInfo(gpu_info::Args),
 }
 
+/// All commands and options of `orchard`, for documentation and for checks of command lines.
+pub fn command_line() -> clap::Command {
+    Cli::command()
+}
+
 impl Program {
     /// Runs the command that the process was started with.
     pub fn main(&self) -> ExitCode {

@@ -32,8 +32,4 @@ pub mod robot;
 pub mod scenario;
 pub mod validate;
 pub mod verify;
-#[cfg(feature = "view")]
-pub mod view;
-#[cfg(not(feature = "view"))]
-#[path = "commands/without_view.rs"]
 pub mod view;

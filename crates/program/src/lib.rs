@@ -26,6 +26,8 @@ mod program;
 pub mod rows;
 mod signals;
 
+#[doc(hidden)]
+pub use cli::command_line;
 pub use failure::{Failure, Verdict};
 pub use program::Program;
 

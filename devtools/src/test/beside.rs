@@ -11,7 +11,7 @@ use super::Outcome;
 use crate::workspace;
 
 /// Name of each check, and its command.
-const CHECKS: [(&str, &str); 9] = [
+const CHECKS: [(&str, &str); 10] = [
     ("tidy", "tidy"),
     ("combinations", "check-combinations"),
     ("judge", "judge"),
@@ -21,6 +21,7 @@ const CHECKS: [(&str, &str); 9] = [
     ("web", "check-web"),
     ("network", "check-network"),
     ("python", "check-python"),
+    ("site", "check-site"),
 ];
 
 /// Begins the line by which a check says that it was skipped, and why.

@@ -12,7 +12,7 @@ const PAGES: [&str; 2] = ["docs/benchmark-v1.md", "docs/verify.md"];
 const WRITE: &str = "cargo xtask tidy --write";
 
 /// Returns the table of a task's metrics; `None` if there is no such task.
-fn table(task: &str) -> Option<String> {
+pub fn table(task: &str) -> Option<String> {
     let infos: Vec<MetricInfo> = match task {
         "harvest" => harvest::metrics::infos().collect(),
         "detect" => detect::METRICS.iter().map(|metric| metric.info).collect(),

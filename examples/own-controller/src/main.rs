@@ -1,3 +1,5 @@
+//! A controller of its own, in a program with every command of `orchard`.
+
 use orchardbench::{Command, Controller, Observation, Program, Record, custom};
 
 /// Drives forward and never picks anything: put your own controller here.

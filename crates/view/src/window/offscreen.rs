@@ -107,9 +107,9 @@ impl Offscreen {
         });
         renderer.render(&mut pass.forget_lifetime(), &jobs, &screen);
         queue.submit(buffers.into_iter().chain([encoder.finish()]));
-        for id in &output.textures_delta.free {
-            renderer.free_texture(id);
-        }
+        let mut unused: Vec<_> = output.textures_delta.free.iter().copied().collect();
+        unused.sort_unstable();
+        unused.iter().for_each(|id| renderer.free_texture(id));
         output.textures_delta.clear();
         self.own_time = start.elapsed().saturating_sub(viewer.costs().stepping);
     }

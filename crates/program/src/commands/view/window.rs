@@ -1,0 +1,101 @@
+//! The window of `orchard view`, and pictures of it.
+
+use std::path::Path;
+
+use orchard_bench::store::Store;
+use orchard_view::window::{self, Offscreen, ViewError, Viewer};
+use orchard_view::{Overlays, Setup, Stage};
+
+use super::Args;
+use crate::failure::Failure;
+use crate::picture_file;
+use crate::program::Program;
+
+/// Frames of the world for each picture of a video.
+const EVERY: u32 = 2;
+
+/// Opens the window, or writes the pictures.
+pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
+    if let Some(file) = &args.screenshot {
+        picture_file::check("--screenshot", file)?;
+    }
+    let overlays = args.overlays.as_deref().map(Overlays::parse).transpose();
+    let overlays = overlays.map_err(|e| Failure::BadInput(format!("--overlays: {e}")))?.unwrap_or_default();
+    let stage = match &args.recording {
+        Some(file) => recorded(file, args, program)?,
+        None => live(args, program)?,
+    };
+    match (&args.screenshot, &args.video) {
+        (Some(file), _) => screenshot(args, stage, overlays, file),
+        (None, Some(folder)) => video(args, stage, overlays, folder),
+        (None, None) => window::open(stage, overlays, args.size).map_err(refused),
+    }
+}
+
+/// A live world of the given scenario.
+fn live(args: &Args, program: &Program) -> Result<Stage, Failure> {
+    let (index, scenario) = args.index.of(&args.scenario);
+    // Tells what is to be known of robot, tree and controller, as all commands do.
+    scenario.resolve(program)?;
+    let options = scenario.options()?;
+    let controllers = program.controllers().to_vec();
+    Stage::new(Setup { options, controllers, seed: args.seed, index }).map_err(Failure::BadInput)
+}
+
+/// The world of a recording, driven by the recorded commands.
+#[cfg(feature = "recording")]
+fn recorded(file: &Path, args: &Args, program: &Program) -> Result<Stage, Failure> {
+    let bad = |e: &dyn std::fmt::Display| Failure::BadInput(e.to_string());
+    let recording = orchard_recording::Recording::open(file).map_err(|e| bad(&e))?;
+    let config = orchard_recording::RecordingConfig::paper();
+    let harvest = crate::commands::replay::harvest(&recording, &config, &args.scenario, program)?;
+    let commands = recording.commands().map_err(|e| bad(&e))?;
+    let key = &recording.header().key;
+    let at = |e: &dyn std::fmt::Display| Failure::BadInput(format!("{}: {e}", file.display()));
+    let scenario = harvest.scenario_of(&key.condition).map_err(|e| at(&e))?;
+    let world = scenario.world(key.seed, key.world, key.repeat).map_err(|e| at(&e))?;
+    let options = orchard_scenario::Options::of_names(scenario.names()).map_err(|e| at(&e))?;
+    let controllers = program.controllers().to_vec();
+    let setup = Setup { options, controllers, seed: key.seed, index: key.world };
+    Ok(Stage::of_recording(setup, scenario, world, commands))
+}
+
+/// Reports the missing build feature.
+#[cfg(not(feature = "recording"))]
+fn recorded(_: &Path, _: &Args, _: &Program) -> Result<Stage, Failure> {
+    let line = "--recording: this program was built without the feature `recording`; build it with the default features";
+    Err(Failure::BadInput(line.to_owned()))
+}
+
+fn screenshot(args: &Args, stage: Stage, overlays: Overlays, file: &Path) -> Result<(), Failure> {
+    let mut screen = Offscreen::new(args.size).map_err(refused)?;
+    let mut viewer = Viewer::new(stage, overlays, screen.state());
+    let every = args.frames.max(1);
+    window::video(&mut screen, &mut viewer, args.frames, every, |_, screen| {
+        window::write_png(file, &screen.picture()?)
+    })
+    .map(drop)
+    .map_err(refused)
+}
+
+fn video(args: &Args, stage: Stage, overlays: Overlays, folder: &Path) -> Result<(), Failure> {
+    let mut screen = Offscreen::new(args.size).map_err(refused)?;
+    let folder = Store::open(folder).map_err(|e| Failure::of_file(&e))?;
+    let mut viewer = Viewer::new(stage, overlays, screen.state());
+    let tally = window::video(&mut screen, &mut viewer, args.frames, EVERY, |number, screen| {
+        let file = folder.path().join(format!("frame-{number:06}.png"));
+        window::write_png(&file, &screen.picture()?)
+    });
+    say!("{}", tally.map_err(refused)?.line());
+    Ok(())
+}
+
+fn refused(e: ViewError) -> Failure {
+    match e {
+        ViewError::File(e) => Failure::of_file(&e),
+        ViewError::Device(_) => Failure::Failed(e.to_string()),
+        ViewError::NoAdapter(_) | ViewError::NoScreen | ViewError::Refused(_) => {
+            Failure::BadInput(format!("view: {e}"))
+        }
+    }
+}
