@@ -2,6 +2,7 @@
 
 use crate::config::{PickerConfig, section, text_of, tuned};
 use crate::motion::HomingConfig;
+use crate::watch::WatchConfig;
 use orchard_quantity::{ConfigError, Count, Quantity, from_table, parse, with_base};
 use orchard_robot::RobotModel;
 
@@ -27,6 +28,8 @@ section! {
         leave: LeaveConfig,
         /// Placing in the bucket.
         place: PlaceConfig,
+        /// Limits of the alarms.
+        watch: WatchConfig,
     }
 }
 
