@@ -36,11 +36,31 @@ fn run(fault: &str, tree: u32, seconds: f64) -> Run {
     let mut world = scenario.world(SEED, tree, 0).expect("it grows");
     let mut controller = scenario.controller();
     let (mut events, mut forces) = (Vec::new(), Vec::new());
+    let mut seen = 0;
     for k in 0..(seconds / frame).round() as u32 {
         let time = f64::from(k) * frame;
         let command = controller.act(&world.observe());
         World::step(&mut world, &command);
         events.extend(World::drain_events(&mut world).into_iter().map(|event| (time, event)));
+        if world.rupture().breaks().len() > seen {
+            seen = world.rupture().breaks().len();
+            let b = world.rupture().breaks().last().unwrap();
+            let p = |i: usize| world.data().x_world_body(world.tree().bodies[i]).translation.vector;
+            let sub = world.tree().subtree(b.segment);
+            let mass: f64 = sub.iter().map(|&i| world.model().body(world.tree().bodies[i]).inertia.mass).sum();
+            let hand = world.handle().x_world_tcp(world.data()).translation.vector;
+            println!("BREAK {time:.2} seg {} n {} wood {mass:.3} kg base {:?} last {:?} hand {hand:?} inertia {:.3}", b.segment, sub.len(), p(b.segment), p(*sub.last().unwrap()), b.inertia);
+        }
+        if seen > 0 && k % 6 == 0 {
+            let mut total = orchard_geometry::Vec3::zeros();
+            let mut parts = Vec::new();
+            for c in &world.report().contacts {
+                let is_debris = |id| world.tree().colliders.iter().position(|t| *t == id).is_some_and(|s| world.rupture().is_debris(s));
+                let robot = |id| world.handle().colliders.arm.contains(&id) || world.handle().colliders.fingers.iter().flatten().any(|f| *f == id) || world.handle().colliders.base.contains(&id)|| world.handle().colliders.bucket.contains(&id);
+                if is_debris(c.a) && robot(c.b) || is_debris(c.b) && robot(c.a) { total += c.force_world; parts.push(c.force_world.norm()); }
+            }
+            if !parts.is_empty() { println!("TOUCH {time:.2} {:.1} N {parts:.1?}", total.norm()); }
+        }
         forces.push((time, world.hand_forces().wrist));
     }
     let told = |event: &Event| match *event {

@@ -1,7 +1,7 @@
 //! Faults of sensors and hand, between a robot and its controller.
 //!
 //! A filter changes what the controller observes, and what the robot is told. The controller learns of a fault only by that. Limbs that fall
-//! are the world's.
+//! and weights on the arm are the world's.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -34,7 +34,9 @@ impl Faulty {
         fault: Option<&FaultSpec>,
         robot: &Arc<RobotModel>,
     ) -> Box<dyn Controller> {
-        let of_world = |fault: &&FaultSpec| matches!(fault.kind, FaultKind::None | FaultKind::LimbFalls);
+        let of_world = |fault: &&FaultSpec| {
+            matches!(fault.kind, FaultKind::None | FaultKind::LimbFalls | FaultKind::WeightOnArm)
+        };
         match fault.filter(|fault| !of_world(fault)) {
             None => controller,
             Some(fault) => Box::new(Self {

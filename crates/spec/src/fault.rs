@@ -27,8 +27,10 @@ pub enum FaultKind {
     FingersStuck,
     /// The fingers open for `slip` on the way to the bucket.
     FruitLost,
-    /// A limb above the hand breaks, once.
+    /// A limb above the arm breaks, once.
     LimbFalls,
+    /// A weight of `load` hangs on the wrist, as of a limb from elsewhere that lies on it.
+    WeightOnArm,
 }
 
 /// A fault, the time for which it lasts, and the figures of its kinds.
@@ -50,8 +52,12 @@ pub struct FaultSpec {
     pub slip: Quantity,
     /// Mass of a limb that falls, with its fruit.
     pub limb_mass: Span,
-    /// Largest horizontal distance of its centre of mass from the hand.
+    /// Largest distance from a point of the limb to the arm below it, seen from above.
     pub limb_distance: Quantity,
+    /// Largest height of that point above the arm.
+    pub limb_height: Quantity,
+    /// Weight on the wrist.
+    pub load: Quantity,
 }
 
 impl FaultSpec {
@@ -63,13 +69,13 @@ impl FaultSpec {
 
 impl<'de> Deserialize<'de> for FaultSpec {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let Given { kind, from, until, delay, distance, turn, slip, limb_mass, limb_distance } =
+        let Given { kind, from, until, delay, distance, turn, slip, limb_mass, limb_distance, limb_height, load } =
             Given::deserialize(deserializer)?;
         if until.si() < from.si() {
             let problem = format!("until {} s is before from {} s", until.si(), from.si());
             return Err(serde::de::Error::custom(problem));
         }
-        Ok(Self { kind, from, until, delay, distance, turn, slip, limb_mass, limb_distance })
+        Ok(Self { kind, from, until, delay, distance, turn, slip, limb_mass, limb_distance, limb_height, load })
     }
 }
 
@@ -87,4 +93,6 @@ struct Given {
     slip: Quantity,
     limb_mass: Span,
     limb_distance: Quantity,
+    limb_height: Quantity,
+    load: Quantity,
 }

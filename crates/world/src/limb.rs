@@ -1,14 +1,29 @@
-//! A limb that falls, as a fault of the world's config asks for.
+//! Limbs that fall on the arm, as a fault of the world's config asks for.
 
 use crate::World;
-use orchard_geometry::{Vec3, transform};
+use crate::build::Parts;
+use crate::state::State;
+use orchard_geometry::Vec3;
+use orchard_spec::Spec;
 use orchard_spec::fault::{FaultKind, FaultSpec};
 
+impl State {
+    /// Hangs the weight of a fault on the wrist, while it lasts.
+    pub(crate) fn weigh_on_arm(&mut self, spec: &Spec, parts: &Parts) {
+        let Some(fault) = spec.fault.as_ref().filter(|fault| fault.kind == FaultKind::WeightOnArm) else {
+            return;
+        };
+        let lasts = fault.lasts(f64::from(self.frame) * spec.sim.frame());
+        let weight = if lasts { fault.load.si() } else { 0.0 };
+        self.data.body_force_world[parts.handle.wrist().index()] = -Vec3::z() * weight;
+    }
+}
+
 impl World {
-    /// Breaks the heaviest limb above the hand, once a fault lasts that asks for it: the first frame with such a limb breaks it. No event tells
+    /// Breaks the heaviest limb above the arm, once a fault lasts that asks for it: the first frame with such a limb breaks it. No event tells
     /// it: the robot has not snapped it. Nothing breaks any more once other wood has broken since the fault's beginning.
     pub(crate) fn drop_limb(&mut self) {
-        let Some(fault) = self.spec.fault.clone().filter(|fault| fault.kind == FaultKind::LimbFalls) else {
+        let Some(fault) = self.spec.fault.as_ref().filter(|fault| fault.kind == FaultKind::LimbFalls) else {
             return;
         };
         let time = f64::from(self.state.frame) * self.spec.sim.frame();
@@ -17,63 +32,57 @@ impl World {
         if !fault.lasts(time) || is_over {
             return;
         }
-        if let Some(segment) = self.limb_above_hand(&fault) {
+        if let Some(segment) = self.limb_above_arm(fault) {
             let (spec, parts, state) = (&*self.spec, &*self.parts, &mut self.state);
-            let gravity = spec.sim.gravity.si();
-            state.rupture.break_joint(
-                &parts.tree,
-                &parts.model,
-                &mut state.data,
-                &spec.wood,
-                gravity,
-                segment,
-            );
+            let (tree, gravity) = (&parts.tree, spec.sim.gravity.si());
+            state.rupture.break_joint(tree, &parts.model, &mut state.data, &spec.wood, gravity, segment);
         }
     }
 
-    /// The heaviest limb that a fault allows above the hand; the first of equal ones.
-    fn limb_above_hand(&self, fault: &FaultSpec) -> Option<usize> {
-        let (tree, data) = (&self.parts.tree, &self.state.data);
-        let p_hand = self.parts.handle.x_world_tcp(data).translation.vector;
-        let mut best: Option<(usize, f64)> = None;
-        for (segment, (mass, moment)) in self.limbs().into_iter().enumerate() {
-            let is_live = tree.parent[segment].is_some() && !self.state.rupture.is_debris(segment);
-            let off = moment / mass - p_hand;
-            let above = off.z > 0.0 && off.xy().norm() <= fault.limb_distance.si();
-            if is_live
-                && above
-                && fault.limb_mass.contains_si(mass)
-                && best.is_none_or(|(_, most)| mass > most)
-            {
-                best = Some((segment, mass));
-            }
-        }
-        best.map(|(segment, _)| segment)
-    }
-
-    /// Mass \[kg\] of each segment with all that it bears, fruit too, and that mass times the position of its centre \[kg m\], world.
-    fn limbs(&self) -> Vec<(f64, Vec3)> {
-        let (tree, model, data) = (&self.parts.tree, &self.parts.model, &self.state.data);
-        let mut limbs: Vec<(f64, Vec3)> = Vec::with_capacity(tree.bodies.len());
-        for &body in &tree.bodies {
-            let link = &model.body(body).inertia;
-            limbs.push((link.mass, transform(data.x_world_body(body), &link.p_com) * link.mass));
-        }
-        let fruit = &self.parts.fruit;
-        for (fruit, point) in fruit.fruit.iter().zip(&fruit.points) {
-            if data.tethered[point.index()] {
-                let mass = model.points()[point.index()].mass;
-                let limb = &mut limbs[fruit.segment];
-                *limb = (limb.0 + mass, limb.1 + data.point_p_world[point.index()] * mass);
-            }
-        }
+    /// The heaviest limb that a fault allows above the arm; the first of equal ones.
+    fn limb_above_arm(&self, fault: &FaultSpec) -> Option<usize> {
+        let Parts { tree, handle, .. } = &*self.parts;
+        let data = &self.state.data;
+        let arm: Vec<Vec3> = (handle.arm.iter().map(|&body| data.x_world_body(body).translation.vector))
+            .chain([handle.x_world_tcp(data).translation.vector])
+            .collect();
+        let is_above = |p: &Vec3| {
+            arm.iter().any(|q| {
+                let off = p - q;
+                off.xy().norm() <= fault.limb_distance.si()
+                    && (0.0..=fault.limb_height.si()).contains(&off.z)
+            })
+        };
+        let mut above: Vec<bool> =
+            tree.bodies.iter().map(|&body| is_above(&data.x_world_body(body).translation.vector)).collect();
+        let mut mass = self.loads_of_segments();
         // A parent stands before its children.
-        for segment in (0..limbs.len()).rev() {
+        for segment in (0..mass.len()).rev() {
             if let Some(parent) = tree.parent[segment] {
-                let (mass, moment) = limbs[segment];
-                limbs[parent] = (limbs[parent].0 + mass, limbs[parent].1 + moment);
+                mass[parent] += mass[segment];
+                above[parent] |= above[segment];
             }
         }
-        limbs
+        let mut best: Option<usize> = None;
+        for segment in 0..mass.len() {
+            let is_live = tree.parent[segment].is_some() && !self.state.rupture.is_debris(segment);
+            let falls = is_live && above[segment] && fault.limb_mass.contains_si(mass[segment]);
+            if falls && best.is_none_or(|heaviest| mass[segment] > mass[heaviest]) {
+                best = Some(segment);
+            }
+        }
+        best
+    }
+
+    /// Mass of each segment with the fruit that hang on it \[kg\].
+    fn loads_of_segments(&self) -> Vec<f64> {
+        let Parts { tree, model, fruit, .. } = &*self.parts;
+        let mut mass: Vec<f64> = tree.bodies.iter().map(|&body| model.body(body).inertia.mass).collect();
+        for (fruit, point) in fruit.fruit.iter().zip(&fruit.points) {
+            if self.state.data.tethered[point.index()] {
+                mass[fruit.segment] += model.points()[point.index()].mass;
+            }
+        }
+        mass
     }
 }

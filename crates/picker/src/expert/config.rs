@@ -198,7 +198,7 @@ impl ExpertConfig {
     ///
     /// # Errors
     /// An unknown field, or a value outside its range.
-    pub(crate) fn tuned(&self, robot: &RobotModel) -> Result<Self, ConfigError> {
+    pub fn tuned(&self, robot: &RobotModel) -> Result<Self, ConfigError> {
         let config = tuned(self, robot, "expert")?;
         Ok(Self { shared: config.shared.tuned(robot)?, ..config })
     }

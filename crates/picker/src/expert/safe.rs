@@ -51,8 +51,11 @@ impl ExpertPicker {
         // In grasp and pull, and over the bucket, the hand presses on purpose.
         let presses = matches!(self.state(), State::Grasp | State::Pull) || self.is_over_bucket(robot);
         let force = if presses { 0.0 } else { self.load };
-        eprintln!("LOAD {:.3} {:?} {:.1}", robot.time, self.state(), force);
-        self.call_off(Alarm::ReadingNotFinite, robot.time);
+        if self.has(Alarm::ReadingNotFinite) {
+            self.call_off(Alarm::ReadingNotFinite, robot.time);
+            // Nothing could be done in the time that has passed.
+            self.core.restart_clock(robot);
+        }
         let Some(watch) = &mut self.core.watch else { return };
         let (sight, load) = (watch.look(robot.dt), watch.feel(force, robot.dt));
         if watch.is_unsighted() {
