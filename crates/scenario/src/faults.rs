@@ -132,3 +132,133 @@ impl Controller for Faulty {
         self.controller.record()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Scenario;
+    use orchard_spec::Spec;
+
+    /// Stands still and has a record.
+    #[derive(Default)]
+    struct Still(Record);
+
+    impl Controller for Still {
+        fn act(&mut self, seen: &Observation) -> Command {
+            Command::still(seen)
+        }
+
+        fn record(&self) -> &Record {
+            &self.0
+        }
+    }
+
+    /// Frames of 0.1 s before, in and after a fault from 1 s to 2 s; each brings an image whose depth is its time.
+    fn frames(kind: &str, mut each: impl FnMut(f64, &Observation, &mut Faulty)) {
+        let scenario = Scenario::of(&[]).expect("built in");
+        let time = |value: f64| {
+            format!("{{ value = {value}, range = [0, 100], unit = 's', source = 'test' }}")
+        };
+        let text = format!(
+            "[fault]\nbase = 'standard'\nkind = '{kind}'\nfrom = {}\nuntil = {}\ndelay = {}",
+            time(1.0),
+            time(2.0),
+            time(0.25)
+        );
+        let spec: Spec = scenario.spec().overlaid("x", text.parse().expect("TOML")).expect("in range");
+        let fault = spec.fault.clone().expect("a fault");
+        let mut faulty = Faulty {
+            controller: Box::new(Still::default()),
+            robot: scenario.robot().clone(),
+            fault,
+            image: None,
+            late: VecDeque::new(),
+            open: false,
+            events: 0,
+            open_until: f64::NEG_INFINITY,
+        };
+        let still = scenario.world(1, 0, 0).expect("it grows").sense();
+        for k in 0..30 {
+            let time = 0.1 * f64::from(k);
+            let depth = Some(DepthImage::filled(4, 3, time as f32));
+            let seen = Observation { time, depth, depth_time: time, base_pose: [1.0, 0.0, 0.0], ..still.clone() };
+            let changed = faulty.sensed(&seen);
+            each(time, &changed, &mut faulty);
+        }
+    }
+
+    /// True while the fault of [`frames`] lasts.
+    fn lasts(time: f64) -> bool {
+        (1.0..2.0).contains(&time)
+    }
+
+    #[test]
+    fn a_camera_fails_for_a_time() {
+        frames("none", |time, seen, _| assert_eq!(seen.depth, Some(DepthImage::filled(4, 3, time as f32))));
+        frames("camera_dead", |time, seen, _| assert_eq!(seen.depth.is_none(), lasts(time)));
+        frames("camera_frozen", |time, seen, _| {
+            let shown = if lasts(time) { 0.9 } else { time };
+            let first = seen.depth.as_ref().map(|depth| f64::from(depth.pixels()[0]));
+            assert!(first.is_some_and(|first| (first - shown).abs() < 1e-6), "{time}: {first:?}");
+            assert_eq!(seen.depth_time, time);
+        });
+        frames("camera_blank", |time, seen, _| {
+            assert_eq!(seen.depth.as_ref().is_some_and(|depth| depth.pixels()[0].is_nan()), lasts(time));
+        });
+        let mut images = 0;
+        frames("camera_late", |time, seen, _| {
+            images += u32::from(seen.depth.is_some());
+            let age = time - seen.depth_time;
+            assert!(seen.depth.is_none() || age == 0.0 || (0.25..0.35).contains(&age), "{time}: {age}");
+            // Late images come in the place of new ones.
+            let is_new = seen.depth.is_some() && age == 0.0;
+            assert!(!(is_new && lasts(time)), "{time}");
+        });
+        assert!(images < 30 && images > 24, "{images}");
+    }
+
+    #[test]
+    fn odometry_jumps_once_and_readings_are_lost() {
+        frames("odometry_jump", |time, seen, _| {
+            let off = time >= 1.0;
+            let (sin, cos) = math::sin_cos(20.0_f64.to_radians());
+            let expected = if off { [cos + 0.5, sin, 20.0_f64.to_radians()] } else { [1.0, 0.0, 0.0] };
+            let differs = (0..3).any(|k| (seen.base_pose[k] - expected[k]).abs() > 1e-12);
+            assert!(!differs, "{time}: {:?}", seen.base_pose);
+        });
+        frames("reading_not_finite", |time, seen, _| assert_eq!(seen.arm_q[0].is_nan(), lasts(time)));
+    }
+
+    /// Fingers that stand open when the fault begins stay so until its end, whatever is commanded.
+    #[test]
+    fn fingers_stick() {
+        frames("fingers_stuck", |time, seen, faulty| {
+            let stroke = faulty.robot.kinematics().finger_stroke();
+            let closing = Command { finger_q: 0.0, ..Command::still(seen) };
+            let opening = Command { finger_q: stroke, ..closing };
+            if time < 1.0 {
+                assert_eq!(faulty.obeyed(closing, time).finger_q, 0.0);
+                assert_eq!(faulty.obeyed(opening, time).finger_q, stroke);
+            } else {
+                assert_eq!(faulty.obeyed(closing, time).finger_q, if lasts(time) { stroke } else { 0.0 });
+            }
+        });
+    }
+
+    /// A stem that breaks while the fault lasts has the fingers open once, later.
+    #[test]
+    fn a_fruit_is_lost() {
+        let mut open = Vec::new();
+        frames("fruit_lost", |time, seen, faulty| {
+            let mut record = Record::default();
+            if time >= 1.2 {
+                record.events.push(Event::StemGaveWay { time: 1.2, id: 0, pull: 20.0 });
+            }
+            faulty.controller = Box::new(Still(record));
+            if faulty.obeyed(Command { finger_q: 0.0, ..Command::still(seen) }, time).finger_q > 0.0 {
+                open.push(time);
+            }
+        });
+        assert!((2..=4).contains(&open.len()) && open.iter().all(|t| (1.4..1.85).contains(t)), "{open:?}");
+    }
+}
