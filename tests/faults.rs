@@ -35,8 +35,7 @@ fn run(kind: &str, tree: u32, until: f64) -> Run {
          from = {{ value = {FROM}, range = [0, 36000], unit = 's', source = 'test' }}\n\
          until = {{ value = {until}, range = [0, 36000], unit = 's', source = 'test' }}"
     );
-    let spec: Spec =
-        scenario.spec().overlaid("fault.toml", text.parse().expect("TOML")).expect("in range");
+    let spec: Spec = scenario.spec().overlaid("fault.toml", text.parse().expect("TOML")).expect("in range");
     let scenario = scenario.with_spec(spec);
     let frame = scenario.spec().sim.frame();
     let mut world = scenario.world(SEED, tree, 0).expect("it grows");

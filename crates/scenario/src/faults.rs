@@ -156,9 +156,8 @@ mod tests {
     /// Frames of 0.1 s before, in and after a fault from 1 s to 2 s; each brings an image whose depth is its time.
     fn frames(kind: &str, mut each: impl FnMut(f64, &Observation, &mut Faulty)) {
         let scenario = Scenario::of(&[]).expect("built in");
-        let time = |value: f64| {
-            format!("{{ value = {value}, range = [0, 100], unit = 's', source = 'test' }}")
-        };
+        let time =
+            |value: f64| format!("{{ value = {value}, range = [0, 100], unit = 's', source = 'test' }}");
         let text = format!(
             "[fault]\nbase = 'standard'\nkind = '{kind}'\nfrom = {}\nuntil = {}\ndelay = {}",
             time(1.0),
@@ -181,7 +180,8 @@ mod tests {
         for k in 0..30 {
             let time = 0.1 * f64::from(k);
             let depth = Some(DepthImage::filled(4, 3, time as f32));
-            let seen = Observation { time, depth, depth_time: time, base_pose: [1.0, 0.0, 0.0], ..still.clone() };
+            let seen =
+                Observation { time, depth, depth_time: time, base_pose: [1.0, 0.0, 0.0], ..still.clone() };
             let changed = faulty.sensed(&seen);
             each(time, &changed, &mut faulty);
         }

@@ -69,13 +69,36 @@ impl FaultSpec {
 
 impl<'de> Deserialize<'de> for FaultSpec {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let Given { kind, from, until, delay, distance, turn, slip, limb_mass, limb_distance, limb_height, load } =
-            Given::deserialize(deserializer)?;
+        let Given {
+            kind,
+            from,
+            until,
+            delay,
+            distance,
+            turn,
+            slip,
+            limb_mass,
+            limb_distance,
+            limb_height,
+            load,
+        } = Given::deserialize(deserializer)?;
         if until.si() < from.si() {
             let problem = format!("until {} s is before from {} s", until.si(), from.si());
             return Err(serde::de::Error::custom(problem));
         }
-        Ok(Self { kind, from, until, delay, distance, turn, slip, limb_mass, limb_distance, limb_height, load })
+        Ok(Self {
+            kind,
+            from,
+            until,
+            delay,
+            distance,
+            turn,
+            slip,
+            limb_mass,
+            limb_distance,
+            limb_height,
+            load,
+        })
     }
 }
 

@@ -261,9 +261,13 @@ mod tests {
         assert!(!fault("").unwrap().fault.unwrap().lasts(dead.from.si()), "nothing fails");
         let e = fault("kind = 'camera_stolen'").unwrap_err().to_string();
         assert!(e.starts_with("x.toml: fault.kind") && e.contains("`camera_dead`"), "{e}");
-        let e = fault("until = { value = 3, range = [0, 36000], unit = 's', source = 'x' }").unwrap_err().to_string();
+        let e = fault("until = { value = 3, range = [0, 36000], unit = 's', source = 'x' }")
+            .unwrap_err()
+            .to_string();
         assert_eq!(e, "x.toml: fault: until 3 s is before from 15 s");
-        let e = fault("delay = { value = 11, range = [0, 99], unit = 's', source = 'x' }").unwrap_err().to_string();
+        let e = fault("delay = { value = 11, range = [0, 99], unit = 's', source = 'x' }")
+            .unwrap_err()
+            .to_string();
         assert_eq!(e, "x.toml: fault.delay: 11 is outside the range [0, 10] s of a delay");
     }
 

@@ -49,8 +49,7 @@ impl World {
         let is_above = |p: &Vec3| {
             arm.iter().any(|q| {
                 let off = p - q;
-                off.xy().norm() <= fault.limb_distance.si()
-                    && (0.0..=fault.limb_height.si()).contains(&off.z)
+                off.xy().norm() <= fault.limb_distance.si() && (0.0..=fault.limb_height.si()).contains(&off.z)
             })
         };
         let mut above: Vec<bool> =

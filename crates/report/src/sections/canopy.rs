@@ -116,7 +116,9 @@ fn alarms(harvest: &Summary) -> Markup {
     heads.extend(told.iter().map(|(name, _)| *name));
     let row = |alarm: &String| -> Vec<Cell> {
         let counts = told.iter().map(|(_, c)| c.alarms.get(alarm).copied().unwrap_or(0));
-        std::iter::once(Cell::words(plain(alarm))).chain(counts.map(|n| Cell::number(n.to_string()))).collect()
+        std::iter::once(Cell::words(plain(alarm)))
+            .chain(counts.map(|n| Cell::number(n.to_string())))
+            .collect()
     };
     let rows: Vec<Vec<Cell>> = names.into_iter().map(row).collect();
     html! { @if !rows.is_empty() {
