@@ -44,7 +44,7 @@ pub struct ExpertPicker {
     phase: Phase,
     /// Smoothed force on the hand \[N\].
     touch: f64,
-    /// The same, also on a base that accelerates \[N\].
+    /// Smoothed force with which the hand holds something up, also on a base that accelerates \[N\].
     load: f64,
 }
 
@@ -225,7 +225,7 @@ impl Machine for ExpertPicker {
         if force.is_finite() {
             self.touch += (force - self.touch) * self.config.feel.touch_weight.si();
         }
-        let load = self.core.tcp_force_in_motion(robot).norm();
+        let load = self.core.tcp_force_in_motion(robot).z;
         if load.is_finite() {
             self.load += (load - self.load) * self.config.feel.touch_weight.si();
         }

@@ -20,7 +20,7 @@ section! {
         /// Distance and angle between the odometry's pose and the one that its velocity leads to.
         jump: Quantity,
         jump_angle: Quantity,
-        /// Force on the hand, outside grasp and pull.
+        /// Weight that the arm bears at the hand, outside grasp and pull.
         load: Quantity,
         /// Time for which it must last.
         load_time: Quantity,
@@ -183,7 +183,7 @@ impl Watch {
         ended.into_iter().chain([(sight, true)]).collect()
     }
 
-    /// Takes the smoothed force on the hand in \[N\]: returns true if a large one has begun to last, false if one has ended.
+    /// Takes the smoothed weight at the hand in \[N\]: returns true if a large one has begun to last, false if one has ended.
     pub fn feel(&mut self, force: f64, dt: f64) -> Option<bool> {
         let is_loaded = self.has(Alarm::ArmLoaded);
         let differs = (force > self.config.load.si()) != is_loaded;

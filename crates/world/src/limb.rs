@@ -85,3 +85,78 @@ impl World {
         mass
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use orchard_robot::{Command, RobotModel};
+    use std::sync::Arc;
+
+    /// A world with a fault of a kind from 0.1 s to 1 s, whose limbs need not be near the arm.
+    fn world(kind: &str) -> World {
+        let figure = |value: f64, unit: &str| {
+            format!("{{ value = {value}, range = [0, 36000], unit = '{unit}', source = 'test' }}")
+        };
+        let text = format!(
+            "[fault]\nbase = 'standard'\nkind = '{kind}'\nfrom = {}\nuntil = {}\nlimb_distance = {}\nlimb_height = {}",
+            figure(0.1, "s"),
+            figure(1.0, "s"),
+            figure(10.0, "m"),
+            figure(100.0, "m")
+        );
+        let spec = Spec::paper().overlaid("x", text.parse().expect("TOML")).expect("in range");
+        World::new(Arc::new(spec), Arc::new(RobotModel::paper()), 20250704, 0).expect("it grows")
+    }
+
+    /// The heaviest limb in the range falls once, in the first frame of the fault, and no event says that the robot has snapped it.
+    #[test]
+    fn a_limb_falls_once() {
+        let mut world = world("limb_falls");
+        let command = Command::still(&world.sense());
+        let mass = world.loads_of_segments();
+        let of = |segment: usize| world.tree().subtree(segment).iter().map(|&i| mass[i]).sum::<f64>();
+        let fault = world.spec().fault.clone().expect("a fault");
+        let heaviest = (0..mass.len())
+            .filter(|&i| world.tree().parent[i].is_some() && fault.limb_mass.contains_si(of(i)))
+            .map(of)
+            .fold(0.0, f64::max);
+        for frame in 0..12 {
+            world.step(&command);
+            let broken = world.rupture().breaks().len();
+            // Frame 6 ends at 0.1 s.
+            assert_eq!(broken, usize::from(frame >= 5), "frame {frame}");
+        }
+        let fallen = of(world.rupture().breaks()[0].segment);
+        assert!((fallen - heaviest).abs() < 1e-9, "{fallen} of {heaviest} kg");
+        let snapped = |event: &crate::WorldEvent| matches!(event, crate::WorldEvent::BranchSnapped { .. });
+        assert!(!world.drain_events().iter().any(snapped));
+    }
+
+    /// A weight makes the arm sag and shows in its torques; afterwards the arm rises again.
+    #[test]
+    fn a_weight_hangs_on_the_arm() {
+        let (mut free, mut loaded) = (world("none"), world("weight_on_arm"));
+        let command = Command::still(&free.sense());
+        let height = |world: &World| world.handle().x_world_tcp(world.data()).translation.vector.z;
+        for frame in 0..120 {
+            free.step(&command);
+            loaded.step(&command);
+            let sag = height(&free) - height(&loaded);
+            match frame {
+                0..5 => assert_eq!(sag, 0.0),
+                30 => {
+                    assert!(sag > 1e-5, "{sag} m");
+                    let arm = free.robot().kinematics();
+                    let (free, loaded) = (free.sense(), loaded.sense());
+                    let held = loaded.arm_torque.vector() - free.arm_torque.vector();
+                    // The torques hold the weight at some point of the wrist.
+                    let lift =
+                        arm.jacobian(&free.arm_q.vector()).fixed_rows::<3>(3).row(2).transpose() * 40.0;
+                    assert!(held.norm() > 0.3 * lift.norm(), "{held} of {lift}");
+                }
+                119 => assert!(sag.abs() < 1e-4, "{sag} m"),
+                _ => {}
+            }
+        }
+    }
+}
