@@ -149,7 +149,8 @@ impl PickerCore {
         let then = self.memory.at(time);
         if let Some(watch) = &mut self.watch {
             let x_odom_camera = then.map(|then| then.x_odom_base * self.arm.camera(&then.q));
-            let excused = matches!(self.state, State::Deposit | State::Retreat);
+            // A camera that is so near to fruit or bucket sees nothing.
+            let excused = matches!(self.state, State::Grasp | State::Pull | State::Deposit | State::Retreat);
             if !watch.take_image(depth, x_odom_camera, self.perception.shows(depth), excused) {
                 return None;
             }

@@ -11,7 +11,7 @@ section! {
     WatchConfig {
         /// Time without a usable image.
         silence: Quantity,
-        /// Time with images that show nothing, outside the bucket.
+        /// Time with images that show nothing, the hand not at fruit or bucket.
         blindness: Quantity,
         /// Number of images without any change.
         same_images: Count,
@@ -117,7 +117,7 @@ impl Watch {
     }
 
     /// Takes an image in. `x_odom_camera` is the camera's pose when it was taken; `None` if that is not known any more. `shows` is false for one
-    /// that shows nothing, `excused` true while the hand is at the bucket, where that is no fault. Returns false for one that must not be used: it
+    /// that shows nothing, `excused` true while the hand is at fruit or bucket, where that is no fault. Returns false for one that must not be used: it
     /// came too late, or is the last one again.
     pub fn take_image(
         &mut self,
