@@ -1,4 +1,4 @@
-//! The program `orchard` with one controller more: `expert-unwatched`, the expert that notices no fault, for comparison.
+//! The program `orchard` with one controller more: `expert-unwatched`, the expert without its watch, for comparison.
 //!
 //! `cargo run --release -p orchardbench --example expert-unwatched -- bench-field --conditions faults --controller expert-unwatched`
 

@@ -105,7 +105,7 @@ impl ExpertPicker {
         Self { core, slots, config, phase, touch: 0.0, load: 0.0 }
     }
 
-    /// Returns the picker without its watch: it notices no fault and tells none. It is there to measure what the watch is worth.
+    /// Returns the picker without its watch, to measure what the watch is worth: it tells no fault but a fruit lost on the way to the bucket.
     #[must_use]
     pub fn without_watch(mut self) -> Self {
         self.core.watch = None;
