@@ -114,19 +114,19 @@ mod tests {
         let mut world = world("limb_falls");
         let command = Command::still(&world.sense());
         let mass = world.loads_of_segments();
-        let of = |segment: usize| world.tree().subtree(segment).iter().map(|&i| mass[i]).sum::<f64>();
+        let tree = world.tree();
+        let of = |segment: usize| tree.subtree(segment).iter().map(|&i| mass[i]).sum::<f64>();
+        let limbs: Vec<f64> = (0..mass.len()).map(of).collect();
         let fault = world.spec().fault.clone().expect("a fault");
-        let heaviest = (0..mass.len())
-            .filter(|&i| world.tree().parent[i].is_some() && fault.limb_mass.contains_si(of(i)))
-            .map(of)
-            .fold(0.0, f64::max);
+        let may_fall = |i: &usize| tree.parent[*i].is_some() && fault.limb_mass.contains_si(limbs[*i]);
+        let heaviest = (0..mass.len()).filter(may_fall).map(|i| limbs[i]).fold(0.0, f64::max);
         for frame in 0..12 {
             world.step(&command);
             let broken = world.rupture().breaks().len();
             // Frame 6 ends at 0.1 s.
             assert_eq!(broken, usize::from(frame >= 5), "frame {frame}");
         }
-        let fallen = of(world.rupture().breaks()[0].segment);
+        let fallen = limbs[world.rupture().breaks()[0].segment];
         assert!((fallen - heaviest).abs() < 1e-9, "{fallen} of {heaviest} kg");
         let snapped = |event: &crate::WorldEvent| matches!(event, crate::WorldEvent::BranchSnapped { .. });
         assert!(!world.drain_events().iter().any(snapped));
