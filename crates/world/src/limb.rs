@@ -27,7 +27,8 @@ impl World {
             return;
         };
         let time = f64::from(self.state.frame) * self.spec.sim.frame();
-        let since = time - fault.from.si();
+        // Ages are sums of substeps, so that they are off by their rounding.
+        let since = time - fault.from.si() + 0.5 * self.spec.sim.frame();
         let is_over = self.state.rupture.breaks().iter().any(|b| b.age <= since);
         if !fault.lasts(time) || is_over {
             return;
