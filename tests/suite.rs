@@ -6,6 +6,8 @@ mod calibrated;
 mod camera;
 #[path = "episodes.rs"]
 mod episodes;
+#[path = "faults.rs"]
+mod faults;
 #[path = "hashes.rs"]
 mod hashes;
 #[path = "honesty.rs"]

@@ -35,7 +35,10 @@ impl Blacklist {
             | R::GraspStalled
             | R::Blocked
             | R::AlignTimeout
-            | R::RunEnded => &self.config.short,
+            | R::RunEnded
+            | R::NoSight
+            | R::HandStuck
+            | R::ArmLoaded => &self.config.short,
         };
         self.entries.retain(|e| e.until > time);
         self.entries.push(Entry { p_odom, until: time + duration.si() });

@@ -9,6 +9,7 @@ mod grasp;
 mod place;
 mod pull;
 mod retreat;
+mod safe;
 mod slots;
 mod views;
 
@@ -20,14 +21,16 @@ use crate::expert::grasp::Grasp;
 use crate::expert::place::Deposit;
 use crate::expert::pull::Pull;
 use crate::expert::retreat::Retreat;
+use crate::expert::safe::Safe;
 use crate::expert::slots::Slots;
 use crate::machine::{self, Machine, Phase as _};
 use crate::motion::{Pace, WayPoint};
 use crate::picker_core::{Attempt, PickerCore};
-use crate::record::{Record, State};
+use crate::record::{Alarm, Record, State};
 use crate::robot_state::RobotState;
 use crate::scan::Scan;
 use crate::task::AssignedTask;
+use crate::watch::Watch;
 use orchard_perception::DetectorConfig;
 use orchard_robot::{Command, JointVector, Observation, RobotModel};
 
@@ -41,6 +44,8 @@ pub struct ExpertPicker {
     phase: Phase,
     /// Smoothed force on the hand \[N\].
     touch: f64,
+    /// Smoothed force with which the hand holds something up, also on a base that accelerates \[N\].
+    load: f64,
 }
 
 /// State of the state machine, with the memory of that state.
@@ -53,6 +58,7 @@ pub(crate) enum Phase {
     Pull(Pull),
     Deposit(Deposit),
     Retreat(Retreat),
+    Safe(Safe),
 }
 
 /// Caution of the hand's motion among branches.
@@ -81,6 +87,7 @@ impl machine::Phase for Phase {
             Phase::Pull(_) => State::Pull,
             Phase::Deposit(_) => State::Deposit,
             Phase::Retreat(_) => State::Retreat,
+            Phase::Safe(_) => State::Safe,
         }
     }
 }
@@ -92,9 +99,17 @@ impl ExpertPicker {
     /// Makes a picker for one robot, in its state at the start of an episode.
     pub fn new(robot: &RobotModel, detector: DetectorConfig, config: ExpertConfig) -> Self {
         let phase = Phase::Scan(Scan::at_start());
-        let core = PickerCore::new(robot, detector, config.shared.clone(), phase.state());
+        let mut core = PickerCore::new(robot, detector, config.shared.clone(), phase.state());
+        core.watch = Some(Watch::new(&config.watch));
         let slots = Slots::new(&core.arm, &robot.bucket(), &core.postures.carry(), &config.place);
-        Self { core, slots, config, phase, touch: 0.0 }
+        Self { core, slots, config, phase, touch: 0.0, load: 0.0 }
+    }
+
+    /// Returns the picker without its watch, to measure what the watch is worth: it tells no fault but a fruit lost on the way to the bucket.
+    #[must_use]
+    pub fn without_watch(mut self) -> Self {
+        self.core.watch = None;
+        self
     }
 
     /// Makes a picker for an assigned task.
@@ -163,11 +178,16 @@ impl ExpertPicker {
     /// True if images have had no sight for long. With the hand in the bucket the camera is too close to everything in view.
     fn is_blind(&self, robot: &RobotState) -> bool {
         let perception = &self.core.perception;
-        perception.blind && robot.time - perception.last_sight > self.config.feel.blind_time.si()
+        let is_dark =
+            perception.blind && robot.time - perception.last_sight > self.config.feel.blind_time.si();
+        is_dark || self.is_unsighted()
     }
 
     /// Starts an attempt at the next known target; without one, scans from the present place.
     fn next_target(&mut self, robot: &RobotState) -> Next {
+        if self.is_unsafe() {
+            return Next::Enter(Phase::Safe(Safe::at(robot)));
+        }
         let choice = if self.is_blind(robot) { None } else { self.core.choose(robot) };
         match choice {
             Some(choice) => {
@@ -179,6 +199,9 @@ impl ExpertPicker {
     }
 
     fn scan(&mut self, mut scan: Scan, robot: &RobotState) -> Next {
+        if self.is_unsafe() {
+            return Next::Enter(Phase::Safe(Safe::at(robot)));
+        }
         let (velocity, choice) = self.core.look_around(&mut scan, robot);
         let Some(choice) = choice else { return Next::Stay(Phase::Scan(scan), velocity) };
         self.core.commit(robot, choice.track, choice.target, choice.plan);
@@ -202,9 +225,21 @@ impl Machine for ExpertPicker {
         if force.is_finite() {
             self.touch += (force - self.touch) * self.config.feel.touch_weight.si();
         }
+        let load = self.core.tcp_force_in_motion(robot).z;
+        if load.is_finite() {
+            self.load += (load - self.load) * self.config.feel.touch_weight.si();
+        }
+        self.watch(robot);
+    }
+
+    fn miss(&mut self) {
+        self.raise(Alarm::ReadingNotFinite, self.core.last_time());
     }
 
     fn run(&mut self, phase: Phase, robot: &RobotState) -> Next {
+        if let Some(reason) = self.interruption(&phase) {
+            return Next::Fail(reason);
+        }
         match phase {
             Phase::Scan(state) => self.scan(state, robot),
             Phase::Align(state) => self.align(state, robot),
@@ -213,6 +248,7 @@ impl Machine for ExpertPicker {
             Phase::Pull(state) => self.pull(state, robot),
             Phase::Deposit(state) => self.deposit(state, robot),
             Phase::Retreat(state) => self.retreat(state, robot),
+            Phase::Safe(state) => self.safe(state, robot),
         }
     }
 

@@ -28,6 +28,7 @@ mod record;
 mod robot_state;
 mod scan;
 mod task;
+mod watch;
 
 pub use baseline::BaselinePicker;
 pub use config::{BASELINE_TOML, PickerConfig};
@@ -35,7 +36,7 @@ pub use controller_kind::{ControllerKind, CustomKind, ForeignKind, custom, forei
 pub use expert::{EXPERT_TOML, ExpertConfig, ExpertPicker};
 pub use goal::Goal;
 pub use kind::Kind;
-pub use record::{AttemptEnd, AttemptId, Event, FailureReason, Fault, ImageReport, Record, State};
+pub use record::{Alarm, AttemptEnd, AttemptId, Event, FailureReason, Fault, ImageReport, Record, State};
 pub use task::{ComplianceConfig, GOAL_TOML, GoalConfig, PushConfig};
 
 use orchard_robot::{Command, Observation};

@@ -39,9 +39,15 @@ pub(crate) trait Machine {
     /// Updates the controller from the sensors before the phase runs.
     fn take_in(&mut self, _robot: &RobotState) {}
 
+    /// Takes note of a frame whose sensors could not be read.
+    fn miss(&mut self) {}
+
     /// Runs one frame: returns the command for an observation.
     fn act(&mut self, observation: &Observation) -> Command {
-        let Some(robot) = self.core().sense(observation) else { return self.core().hold() };
+        let Some(robot) = self.core().sense(observation) else {
+            self.miss();
+            return self.core().hold();
+        };
         self.take_in(&robot);
         let base_velocity = self.step(&robot);
         self.core().command(base_velocity)

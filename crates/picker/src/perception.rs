@@ -98,8 +98,7 @@ impl Perception {
         self.images = self.images.wrapping_add(1);
         let x_base_camera = arm.camera(&robot.q);
         let x_odom_camera = robot.x_odom_base * x_base_camera;
-        let valid = depth.pixels().iter().filter(|z| z.is_finite() && **z > 0.0).count();
-        self.blind = (valid as f64) < self.config.blind_fraction.si() * depth.pixels().len() as f64;
+        self.blind = !self.shows(depth);
         if !self.blind {
             self.last_sight = robot.time;
         }
@@ -126,6 +125,12 @@ impl Perception {
         }
         self.remember(depth, intrinsics, &ignored, &x_odom_camera);
         ImageReport { time: robot.time, detections: self.sightings.clone() }
+    }
+
+    /// True if an image has enough valid pixels to act on.
+    pub fn shows(&self, depth: &DepthImage) -> bool {
+        let valid = depth.pixels().iter().filter(|z| z.is_finite() && **z > 0.0).count();
+        valid as f64 >= self.config.blind_fraction.si() * depth.pixels().len() as f64
     }
 
     /// True if a point of the odom frame lies above the robot's deck, where only picked fruit can be.

@@ -7,10 +7,11 @@ use crate::motion::ArmMotion;
 use crate::perception::Perception;
 use crate::plan::{GraspPlan, Search, Target, look_posture};
 use crate::postures::Postures;
-use crate::record::{AttemptEnd, AttemptId, Event, Record, State};
+use crate::record::{Alarm, AttemptEnd, AttemptId, Event, Record, State};
 use crate::robot_state::{Memory, RobotState};
 use crate::task::AssignedTask;
-use orchard_geometry::{Intrinsics, Pose, Vec3, inverse_transform};
+use crate::watch::Watch;
+use orchard_geometry::{DepthImage, Intrinsics, Pose, Vec3, inverse_transform};
 use orchard_perception::DetectorConfig;
 use orchard_robot::{ArmKinematics, Command, JointValues, JointVector, Observation, RobotModel, Wrench};
 
@@ -24,6 +25,8 @@ pub(crate) struct PickerCore {
     pub motion: ArmMotion,
     pub postures: Postures,
     pub blacklist: Blacklist,
+    /// Watch for faults; `None` for a controller that keeps none.
+    pub watch: Option<Watch>,
     pub fingers: Fingers,
     pub attempt: Option<Attempt>,
     /// Assigned task; `None` for a harvest.
@@ -80,6 +83,7 @@ impl PickerCore {
             perception: Perception::new(detector, &config, deck),
             motion: ArmMotion::new(arm.home()),
             blacklist: Blacklist::new(&config.blacklist),
+            watch: None,
             fingers: Fingers {
                 opening: config.grasp.opening.si(),
                 force: config.grasp.force.si(),
@@ -106,6 +110,11 @@ impl PickerCore {
     /// Reads the sensors, processes the image and advances the arm's set point. Returns `None` if a reading is not finite.
     pub fn sense(&mut self, observation: &Observation) -> Option<RobotState> {
         let mut robot = RobotState::read(observation, self.last_time, &self.config.sensors)?;
+        let gap = self.config.sensors.longest_step.si();
+        let jumped = self.watch.as_mut().is_some_and(|w| w.bridge(&mut robot, self.memory.last(), gap));
+        if jumped {
+            self.record.events.push(Event::Alarm { time: robot.time, alarm: Alarm::OdometryJump });
+        }
         if let Some(last) = self.memory.last() {
             robot.accelerate_from(last);
         }
@@ -119,8 +128,9 @@ impl PickerCore {
         self.fresh_image = false;
         self.imaged = None;
         if let Some(depth) = &observation.depth
-            && let Some(then) = self.memory.at(observation.depth_time)
+            && let Some(then) = self.placed(depth, observation.depth_time)
         {
+            let then = &then;
             let report = self.perception.see(depth, &observation.intrinsics, then, &self.arm);
             self.record.images.push(report);
             self.fresh_image = (then.q - robot.q).amax() <= self.config.arm.arrived.si();
@@ -132,6 +142,31 @@ impl PickerCore {
         self.advanced = (robot.dt > 0.0).then(|| (q, (q - before) / robot.dt));
         self.watch_arm(&robot);
         Some(robot)
+    }
+
+    /// State of the robot when an image of `time` \[s\] was taken; `None` for an image that cannot be used.
+    fn placed(&mut self, depth: &DepthImage, time: f64) -> Option<RobotState> {
+        let then = self.memory.at(time);
+        if let Some(watch) = &mut self.watch {
+            let x_odom_camera = then.map(|then| then.x_odom_base * self.arm.camera(&then.q));
+            // A camera that is so near to fruit or bucket sees nothing.
+            let excused = matches!(self.state, State::Grasp | State::Pull | State::Deposit | State::Retreat);
+            if !watch.take_image(depth, x_odom_camera, self.perception.shows(depth), excused) {
+                return None;
+            }
+        }
+        then.cloned()
+    }
+
+    /// Tells that a lasting fault begins or is over, or that one has happened.
+    pub fn tell(&mut self, alarm: Alarm, begins: bool, time: f64) {
+        let told = if begins { Event::Alarm { time, alarm } } else { Event::AlarmEnded { time, alarm } };
+        self.record.events.push(told);
+    }
+
+    /// Time of the last observation that could be read \[s\].
+    pub fn last_time(&self) -> f64 {
+        self.last_time.unwrap_or(0.0)
     }
 
     /// Returns the command of a frame whose sensors could not be read: the last one, with the base and the set points at rest.
@@ -279,6 +314,13 @@ impl PickerCore {
             true => self.arm.tcp_load_on_moving_base(q, v, a, torque, &robot.base_motion(), &gravity),
             false => self.arm.tcp_load(q, a, torque, &gravity),
         }
+    }
+
+    /// Force that the hand exerts at the TCP \[N\], base axes, without what the base's own motion takes.
+    pub fn tcp_force_in_motion(&self, robot: &RobotState) -> Vec3 {
+        let gravity = Vec3::new(0.0, 0.0, -self.config.pull.gravity.si());
+        let RobotState { q, v, a, torque, .. } = robot;
+        self.arm.tcp_load_on_moving_base(q, v, a, torque, &robot.base_motion(), &gravity).force
     }
 
     /// Points of the last images in the present base frame.

@@ -25,6 +25,8 @@ pub enum State {
     Deposit,
     /// Brings the empty hand out of the canopy.
     Retreat,
+    /// Stands still with the arm folded until an alarm is over.
+    Safe,
 }
 
 /// Reason for which an attempt failed, as the controller believes.
@@ -55,6 +57,12 @@ pub enum FailureReason {
     AlignTimeout,
     /// The episode ended.
     RunEnded,
+    /// The camera gave no image that could be used.
+    NoSight,
+    /// The fingers did not close.
+    HandStuck,
+    /// A load lay on the arm.
+    ArmLoaded,
 }
 
 /// End of an attempt, as the controller believes.
@@ -65,6 +73,42 @@ pub enum AttemptEnd {
     Deposited,
     /// The attempt failed.
     Failed(FailureReason),
+}
+
+/// A fault that a controller notices and tells; it acts on it and goes on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Alarm {
+    /// No image comes.
+    CameraSilent,
+    /// The same image comes again and again although the camera moves.
+    CameraFrozen,
+    /// Images come too late to be placed.
+    CameraLate,
+    /// Images show nothing.
+    CameraBlind,
+    /// The odometry's pose went where its velocity does not lead.
+    OdometryJump,
+    /// The fingers do not close.
+    HandStuck,
+    /// Something heavy lies on the arm.
+    ArmLoaded,
+    /// The fruit left the hand on the way to the bucket.
+    FruitLost,
+    /// A reading of the robot's own sensors is not finite.
+    ReadingNotFinite,
+}
+
+impl Alarm {
+    /// True of the alarms of a camera that gives no image that could be used.
+    pub fn is_of_camera(self) -> bool {
+        matches!(self, Self::CameraSilent | Self::CameraFrozen | Self::CameraLate | Self::CameraBlind)
+    }
+
+    /// True of an alarm that lasts until its end is told; another one tells of a moment.
+    pub fn lasts(self) -> bool {
+        self.is_of_camera() || matches!(self, Self::HandStuck | Self::ArmLoaded | Self::ReadingNotFinite)
+    }
 }
 
 /// Reason for which a controller gives no commands any more.
@@ -142,6 +186,20 @@ pub enum Event {
         time: f64,
         /// Reason.
         fault: Fault,
+    },
+    /// The controller notices a fault.
+    Alarm {
+        /// Time \[s\].
+        time: f64,
+        /// The fault.
+        alarm: Alarm,
+    },
+    /// A lasting fault is over.
+    AlarmEnded {
+        /// Time \[s\].
+        time: f64,
+        /// The fault.
+        alarm: Alarm,
     },
 }
 

@@ -1,7 +1,7 @@
 //! State of the robot from its sensors, in the frames of the picker.
 
 use crate::config::SensorsConfig;
-use orchard_geometry::{Pose, Vec3};
+use orchard_geometry::{Pose, Rotation, Vec3, math};
 use orchard_robot::{BaseMotion, JointVector, Observation};
 use std::collections::VecDeque;
 
@@ -66,7 +66,7 @@ impl RobotState {
             vacuum: -o.cup_pressure,
             x_odom_base: o.x_odom_base(),
             base_pose: o.base_pose,
-            base_speed: orchard_geometry::math::hypot(o.base_velocity[0], o.base_velocity[1]),
+            base_speed: math::hypot(o.base_velocity[0], o.base_velocity[1]),
             turn_speed: o.base_velocity[2].abs(),
             base_velocity: o.base_velocity,
             base_acceleration: [0.0; 3],
@@ -105,6 +105,24 @@ impl RobotState {
         }
     }
 
+    /// Places the base at x, y, yaw in odom.
+    pub fn place_base(&mut self, pose: [f64; 3]) {
+        let [x, y, yaw] = pose;
+        let p = Vec3::new(x, y, self.x_odom_base.translation.z);
+        let turn = Rotation::from_axis_angle(&Vec3::z_axis(), yaw);
+        (self.base_pose, self.x_odom_base) = (pose, Pose::from_parts(p.into(), turn));
+    }
+
+    /// Expresses pose and velocity of the base in another frame: `by` is the pose of odom in it (x, y, yaw).
+    pub fn move_odom(&mut self, by: &[f64; 3]) {
+        let [x, y, yaw] = self.base_pose;
+        let [x, y] = turned([x, y], by[2]);
+        self.place_base([by[0] + x, by[1] + y, by[2] + yaw]);
+        let [vx, vy, rate] = self.base_velocity;
+        let [vx, vy] = turned([vx, vy], by[2]);
+        self.base_velocity = [vx, vy, rate];
+    }
+
     /// Motion of the base in its own axes.
     pub fn base_motion(&self) -> BaseMotion {
         let [x, y, turn] = self.base_acceleration;
@@ -119,6 +137,12 @@ impl RobotState {
     pub fn p_odom(&self) -> Vec3 {
         Vec3::new(self.base_pose[0], self.base_pose[1], 0.0)
     }
+}
+
+/// A vector of the plane turned by an angle \[rad\].
+pub(crate) fn turned([x, y]: [f64; 2], angle: f64) -> [f64; 2] {
+    let (sin, cos) = math::sin_cos(angle);
+    [cos * x - sin * y, sin * x + cos * y]
 }
 
 /// States of the last moments, to place images that come late.
@@ -161,7 +185,6 @@ impl Memory {
 mod tests {
     use super::*;
     use crate::config::PickerConfig;
-    use orchard_geometry::Rotation;
 
     /// Accelerations are differences of the sensed velocities; a base that is turned to the left sees one along odom's x to its right.
     #[test]

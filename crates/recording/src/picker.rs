@@ -41,7 +41,7 @@ pub struct DetectionsMessage {
 /// Attempt and state of the controller, written on every change.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PickerMessage {
-    /// Event: `attempt_started`, `state_changed`, `grasped`, `stem_gave_way`, `yielded`, `attempt_ended` or `gave_up`.
+    /// Event: `attempt_started`, `state_changed`, `grasped`, `stem_gave_way`, `yielded`, `attempt_ended`, `gave_up`, `alarm` or `alarm_ended`.
     pub event: String,
     /// Number of the attempt, from 1; 0 before the first.
     pub attempt: u32,
@@ -57,7 +57,7 @@ pub struct PickerMessage {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "f64")]
     pub force: Option<f64>,
-    /// Reason, of `gave_up` and `attempt_ended`; left out where the controller reports that it placed the fruit.
+    /// Reason, of `gave_up` and `attempt_ended`, or fault, of `alarm` and `alarm_ended`; left out where the controller reports that it placed the fruit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "String")]
     pub failure: Option<String>,
@@ -127,6 +127,14 @@ impl Notes {
             ControllerEvent::GaveUp { fault } => {
                 why = Some(fault.clone());
                 ("gave_up", Level::Error, format!("the controller gave up: {fault}"))
+            }
+            ControllerEvent::Alarm { alarm } => {
+                why = Some(alarm.clone());
+                ("alarm", Level::Error, format!("alarm: {alarm}"))
+            }
+            ControllerEvent::AlarmEnded { alarm } => {
+                why = Some(alarm.clone());
+                ("alarm_ended", Level::Info, format!("alarm over: {alarm}"))
             }
         };
         let message = PickerMessage {

@@ -140,6 +140,7 @@ fn condition(number: u32, difficulty: f64, params: ConditionParams) -> Condition
         contact_outcomes: [("placed", 63), ("left_on_tree", 33), ("knocked_off", 6), ("dropped", 24)]
             .map(|(outcome, n)| (outcome.to_owned(), n))
             .into(),
+        alarms: [("fruit_lost".to_owned(), 2)].into(),
         states: [("align", 1.8), ("reach", 1.5), ("grasp", 2.4), ("pull", 1.6), ("deposit", 3.6)]
             .map(|(name, mean)| (name.to_owned(), state(mean)))
             .into(),

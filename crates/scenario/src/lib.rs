@@ -9,6 +9,7 @@ mod changes;
 mod controller;
 mod digest;
 mod error;
+mod faults;
 mod figures;
 mod limits;
 mod mesh_files;
@@ -162,9 +163,10 @@ impl Scenario {
         }
     }
 
-    /// Makes a controller at the start of an episode.
+    /// Makes a controller at the start of an episode, behind the fault of the world's config, if it has one.
     pub fn controller(&self) -> Box<dyn Controller> {
-        self.controller.controller(&self.robot, &self.detector)
+        let controller = self.controller.controller(&self.robot, &self.detector);
+        faults::Faulty::wrap(controller, self.spec.fault.as_ref(), &self.robot)
     }
 
     /// Makes a controller at the start of a trial with a goal; `None` if this kind of controller cannot be given a goal.

@@ -11,6 +11,7 @@ mod streams;
 
 pub mod camera;
 pub mod episode;
+pub mod fault;
 pub mod foliage;
 pub mod fruit;
 pub mod randomisation;
@@ -61,6 +62,9 @@ pub struct Spec {
     /// Errors and delays of the robot's sensors; absent for exact ones without delay.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sensing: Option<sensing::SensingSpec>,
+    /// A fault of sensors or hand, or a limb that falls; absent if nothing fails.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fault: Option<fault::FaultSpec>,
 }
 
 impl Spec {

@@ -90,11 +90,12 @@ const CAMERA: &str = "camera";
 type Bases = &'static [(&'static str, &'static str)];
 
 /// Parts of a world that come with the crate: path of their table, and its bases.
-const PARTS: [(&[&str], Bases); 4] = [
+const PARTS: [(&[&str], Bases); 5] = [
     (&["fruit", "stem"], &[("measured", include_str!("../configs/stem/measured.toml"))]),
     (&["fruit", "cluster"], &[("measured", include_str!("../configs/cluster/measured.toml"))]),
     (&["wind"], &[("measured", include_str!("../configs/wind/measured.toml"))]),
     (&["sensing"], &[("ideal", include_str!("../configs/sensing/ideal.toml"))]),
+    (&["fault"], &[("standard", include_str!("../configs/fault/standard.toml"))]),
 ];
 
 /// Completes the parts of a world from the bases that they name.
@@ -254,6 +255,20 @@ mod tests {
         let long = "[sensing]\nbase = 'ideal'\ncamera_delay = { value = 11, range = [0, 99], unit = 's', source = 'x' }";
         let e = laid(long).unwrap_err().to_string();
         assert_eq!(e, "x.toml: sensing.camera_delay: 11 is outside the range [0, 10] s of a delay");
+        let fault = |rest: &str| laid(&format!("[fault]\nbase = 'standard'\n{rest}"));
+        let dead = fault("kind = 'camera_dead'").unwrap().fault.unwrap();
+        assert!(dead.lasts(dead.from.si()) && !dead.lasts(dead.until.si()));
+        assert!(!fault("").unwrap().fault.unwrap().lasts(dead.from.si()), "nothing fails");
+        let e = fault("kind = 'camera_stolen'").unwrap_err().to_string();
+        assert!(e.starts_with("x.toml: fault.kind") && e.contains("`camera_dead`"), "{e}");
+        let e = fault("until = { value = 3, range = [0, 36000], unit = 's', source = 'x' }")
+            .unwrap_err()
+            .to_string();
+        assert_eq!(e, "x.toml: fault: until 3 s is before from 15 s");
+        let e = fault("delay = { value = 11, range = [0, 99], unit = 's', source = 'x' }")
+            .unwrap_err()
+            .to_string();
+        assert_eq!(e, "x.toml: fault.delay: 11 is outside the range [0, 10] s of a delay");
     }
 
     #[test]

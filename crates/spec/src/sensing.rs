@@ -50,7 +50,7 @@ pub struct JointSensorSpec {
 /// Longest delay \[s\], whatever range a file states: what is on its way is kept in memory.
 const LONGEST_DELAY: f64 = 10.0;
 
-fn delay<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Quantity, D::Error> {
+pub(crate) fn delay<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Quantity, D::Error> {
     let quantity = Quantity::deserialize(deserializer)?;
     if (0.0..=LONGEST_DELAY).contains(&quantity.si()) {
         return Ok(quantity);

@@ -61,6 +61,8 @@ pub fn line(event: &Event) -> String {
         Event::Yielded { time, id, force } => format!("{time:6.1} s  attempt {id}: gave way, {force:.0} N"),
         Event::AttemptEnded { time, id, end } => format!("{time:6.1} s  attempt {id}: {}", ended(end)),
         Event::GaveUp { time, .. } => format!("{time:6.1} s  gave up"),
+        Event::Alarm { time, alarm } => format!("{time:6.1} s  ALARM: {}", words(alarm)),
+        Event::AlarmEnded { time, alarm } => format!("{time:6.1} s  alarm over: {}", words(alarm)),
     }
 }
 
@@ -68,16 +70,18 @@ pub fn line(event: &Event) -> String {
 fn ended(end: &orchard_picker::AttemptEnd) -> String {
     match end {
         orchard_picker::AttemptEnd::Deposited => "deposited".to_owned(),
-        orchard_picker::AttemptEnd::Failed(reason) => {
-            // `NoFruitAtDetection` as "no fruit at detection".
-            let name = format!("{reason:?}");
-            let words = name.chars().enumerate().flat_map(|(k, letter)| {
-                let space = (k > 0 && letter.is_uppercase()).then_some(' ');
-                space.into_iter().chain(letter.to_lowercase())
-            });
-            words.collect()
-        }
+        orchard_picker::AttemptEnd::Failed(reason) => words(reason),
     }
+}
+
+/// Words for a reason or an alarm: `NoFruitAtDetection` as "no fruit at detection".
+fn words(reason: &impl std::fmt::Debug) -> String {
+    let name = format!("{reason:?}");
+    let words = name.chars().enumerate().flat_map(|(k, letter)| {
+        let space = (k > 0 && letter.is_uppercase()).then_some(' ');
+        space.into_iter().chain(letter.to_lowercase())
+    });
+    words.collect()
 }
 
 /// Name of a controller's state.
@@ -90,6 +94,7 @@ pub fn state_name(state: State) -> &'static str {
         State::Pull => "pull",
         State::Deposit => "deposit",
         State::Retreat => "retreat",
+        State::Safe => "safe",
     }
 }
 

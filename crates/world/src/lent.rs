@@ -9,6 +9,7 @@ use orchard_fruit::Phase;
 use orchard_geometry::transform;
 use orchard_multibody::{ContactReport, Data, Groups, Model, Owner, forward_kinematics};
 use orchard_robot::{Command, RobotHandle, SetPoints};
+use orchard_spec::fault::FaultKind;
 use orchard_treephys::wind::Weather;
 
 /// Largest way of a point of the robot in a frame: this many times what its speed at the frame's start makes, and a way that it accelerates over \[m\]. Our own choice: an arm that
@@ -29,11 +30,14 @@ pub enum Stay {
     Cup,
     /// The robot may touch the ground, posts or wires, or itself.
     Near,
+    /// A weight hangs on the arm.
+    Weight,
 }
 
 impl Stay {
     /// All reasons.
-    pub const ALL: [Self; 5] = [Self::Stopped, Self::Broken, Self::Loose, Self::Cup, Self::Near];
+    pub const ALL: [Self; 6] =
+        [Self::Stopped, Self::Broken, Self::Loose, Self::Cup, Self::Near, Self::Weight];
 
     /// Name in results.
     pub fn name(self) -> &'static str {
@@ -43,6 +47,7 @@ impl Stay {
             Self::Loose => "loose_fruit",
             Self::Cup => "suction",
             Self::Near => "near_ground_or_itself",
+            Self::Weight => "weight_on_arm",
         }
     }
 }
@@ -76,6 +81,9 @@ impl World {
         }
         if !state.rupture.breaks().is_empty() {
             return Some(Stay::Broken);
+        }
+        if spec.fault.as_ref().is_some_and(|fault| fault.kind == FaultKind::WeightOnArm) {
+            return Some(Stay::Weight);
         }
         if state.fruit.any_off_stem() {
             state.wake(spec, parts, spec.sim.frame());

@@ -14,6 +14,7 @@ mod ground;
 pub mod groups;
 mod identity;
 mod lent;
+mod limb;
 mod load;
 mod pictures;
 mod planting;

@@ -115,6 +115,7 @@ impl State {
         let command = self.commands.pop_front().unwrap_or(*command);
         self.begin_loose(spec, parts);
         self.load.begin_frame();
+        self.weigh_on_arm(spec, parts);
         if let Some(wind) = &parts.wind {
             let time = f64::from(self.frame) * spec.sim.frame();
             let Parts { tree, model, fruit, .. } = parts;

@@ -188,6 +188,7 @@ impl World {
 
     /// Keeps what the camera will show, and tests if the world is plausible.
     pub(crate) fn end_of_frame(&mut self) {
+        self.drop_limb();
         let (spec, parts, state) = (&*self.spec, &*self.parts, &mut self.state);
         state.flight.end_frame(self.shutter, state.frame, &state.data);
         if let Some(reason) = state.implausible(&parts.model, spec.sim.plausible_extent.si()) {

@@ -2,6 +2,7 @@
 
 use crate::config::{PickerConfig, section, text_of, tuned};
 use crate::motion::HomingConfig;
+use crate::watch::WatchConfig;
 use orchard_quantity::{ConfigError, Count, Quantity, from_table, parse, with_base};
 use orchard_robot::RobotModel;
 
@@ -27,6 +28,8 @@ section! {
         leave: LeaveConfig,
         /// Placing in the bucket.
         place: PlaceConfig,
+        /// Limits of the alarms.
+        watch: WatchConfig,
     }
 }
 
@@ -195,7 +198,7 @@ impl ExpertConfig {
     ///
     /// # Errors
     /// An unknown field, or a value outside its range.
-    pub(crate) fn tuned(&self, robot: &RobotModel) -> Result<Self, ConfigError> {
+    pub fn tuned(&self, robot: &RobotModel) -> Result<Self, ConfigError> {
         let config = tuned(self, robot, "expert")?;
         Ok(Self { shared: config.shared.tuned(robot)?, ..config })
     }

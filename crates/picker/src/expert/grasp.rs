@@ -4,7 +4,7 @@ use crate::expert::views::Views;
 use crate::expert::{Caution, ExpertPicker, Next, Phase};
 use crate::picker_core::STILL;
 use crate::plan::{Target, grasp_depth, in_sweep};
-use crate::record::FailureReason;
+use crate::record::{Alarm, FailureReason};
 use crate::robot_state::RobotState;
 use orchard_geometry::{Pose, Vec3, inverse_transform};
 use orchard_robot::Obstacle;
@@ -40,6 +40,11 @@ enum Stage {
 impl Grasp {
     fn homing(views: Views, failed: u32) -> Self {
         Self { stage: Stage::Homing, views, failed, refused: false, push: 0.0 }
+    }
+
+    /// True while the hand moves to the fruit by its images.
+    pub fn is_homing(&self) -> bool {
+        self.stage == Stage::Homing
     }
 
     /// Starts by opening the fingers.
@@ -135,6 +140,9 @@ impl ExpertPicker {
                         return self.start_pull(grasp.failed);
                     }
                     grasp.stage = Stage::Holding;
+                } else if self.core.arm.cup().is_none() && self.core.fingers_are_open(robot) {
+                    self.raise(Alarm::HandStuck, robot.time);
+                    return Next::Fail(FailureReason::HandStuck);
                 } else {
                     return self.try_again(grasp, FailureReason::NoFruitAtDetection, robot);
                 }

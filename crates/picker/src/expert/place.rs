@@ -4,7 +4,7 @@ use crate::expert::retreat::Retreat;
 use crate::expert::{ExpertPicker, Next, Phase};
 use crate::motion::WayPoint;
 use crate::picker_core::STILL;
-use crate::record::{AttemptEnd, FailureReason};
+use crate::record::{Alarm, AttemptEnd, FailureReason};
 use crate::robot_state::RobotState;
 use orchard_geometry::{Vec3, math};
 use orchard_robot::JointVector;
@@ -19,6 +19,8 @@ pub(crate) struct Deposit {
     /// Smoothed force with which the hand presses down \[N\].
     press: f64,
     stage: Stage,
+    /// Time for which a load on the arm has held it up \[s\].
+    held_up: f64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,7 +38,7 @@ enum Stage {
 impl Deposit {
     pub fn leaving(robot: &RobotState, withdrawn: f64) -> Self {
         let [x, y, _] = robot.base_pose;
-        Self { base_start: [x, y], withdrawn, press: 0.0, stage: Stage::Leaving }
+        Self { base_start: [x, y], withdrawn, press: 0.0, stage: Stage::Leaving, held_up: 0.0 }
     }
 
     fn backed(&self, robot: &RobotState) -> f64 {
@@ -48,6 +50,7 @@ impl ExpertPicker {
     pub(crate) fn deposit(&mut self, mut deposit: Deposit, robot: &RobotState) -> Next {
         let backed = deposit.backed(robot);
         let leave = &self.config.leave;
+        let leave_distance = leave.distance.si();
         let backing = backed < leave.base_distance.si() && !self.is_blind(robot);
         let velocity = if backing { [-leave.base_speed.si(), 0.0, 0.0] } else { STILL };
         if let Stage::Opening { since } = deposit.stage {
@@ -57,11 +60,25 @@ impl ExpertPicker {
             return self.deposited(robot);
         }
         if !self.still_holds(robot) {
+            if deposit.stage != Stage::Lowering {
+                self.core.tell(Alarm::FruitLost, true, robot.time);
+            }
             return Next::Fail(FailureReason::Slipped);
         }
         let Some([above, low]) = self.slots.next() else {
             return Next::Fail(FailureReason::MissedBucket);
         };
+        if self.has(Alarm::ArmLoaded) {
+            // It keeps the fruit, however long it lasts.
+            self.core.restart_clock(robot);
+            let velocity = self.give_way(&mut deposit.held_up, robot).unwrap_or(STILL);
+            return Next::Stay(Phase::Deposit(deposit), velocity);
+        }
+        if deposit.held_up > 0.0 {
+            let by_carry = (!self.is_over_bucket(robot)).then(|| self.by_carry());
+            self.swing_through(by_carry.into_iter().chain([WayPoint { q: above, blend: 0.0 }]));
+            (deposit.held_up, deposit.stage) = (0.0, Stage::Swinging);
+        }
         if self.core.elapsed(robot) > self.core.config.timeout.transport.si() {
             return Next::Fail(FailureReason::MissedBucket);
         }
@@ -82,7 +99,7 @@ impl ExpertPicker {
         }
         if deposit.stage == Stage::Leaving {
             deposit.withdrawn = self.core.motion.travelled().unwrap_or(deposit.withdrawn);
-            if self.core.motion.is_over() || deposit.withdrawn + backed >= leave.distance.si() {
+            if self.core.motion.is_over() || deposit.withdrawn + backed >= leave_distance {
                 self.core.motion.stop();
                 self.swing_through([self.by_carry(), WayPoint { q: above, blend: 0.0 }]);
                 deposit.stage = Stage::Swinging;

@@ -1,8 +1,9 @@
 //! Retreat: bring the empty hand out of the canopy, back along the approach.
 
+use crate::expert::safe::Safe;
 use crate::expert::{Caution, ExpertPicker, Next, Phase};
 use crate::picker_core::{Attempt, STILL};
-use crate::record::State;
+use crate::record::{Alarm, State};
 use crate::robot_state::RobotState;
 use orchard_geometry::Vec3;
 
@@ -12,6 +13,8 @@ pub(crate) struct Retreat {
     /// Time at which the fingers were commanded to open \[s\].
     since: f64,
     stage: Stage,
+    /// Time for which the base has drawn a caught arm out \[s\].
+    drawn: f64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,14 +37,14 @@ impl Retreat {
             (State::Deposit, _) => Stage::Up,
             _ => Stage::Home,
         };
-        Self { since: robot.time, stage }
+        Self { since: robot.time, stage, drawn: 0.0 }
     }
 }
 
 impl Retreat {
     /// Starts the retreat from the bucket; the arm already moves to the carrying posture.
     pub fn from_bucket(robot: &RobotState) -> Self {
-        Self { since: robot.time, stage: Stage::Home }
+        Self { since: robot.time, stage: Stage::Home, drawn: 0.0 }
     }
 }
 
@@ -64,6 +67,12 @@ impl ExpertPicker {
             Stage::Up => {
                 self.leave_bucket(robot);
                 retreat.stage = Stage::Home;
+            }
+            Stage::Home if self.has(Alarm::ArmLoaded) && !self.is_over_bucket(robot) => {
+                return match self.give_way(&mut retreat.drawn, robot) {
+                    Some(velocity) => Next::Stay(Phase::Retreat(retreat), velocity),
+                    None => Next::Enter(Phase::Safe(Safe::at(robot))),
+                };
             }
             Stage::Home => {
                 let carry = self.core.postures.carry();

@@ -279,6 +279,13 @@ fn tell_faults(gave_up: &BTreeMap<String, u32>) {
     }
 }
 
+/// Says which faults the controller told in a condition.
+fn tell_alarms(condition: &str, alarms: &BTreeMap<String, u32>) {
+    if !alarms.is_empty() {
+        say!("condition {condition}: alarms of the controller: {}", counts(alarms));
+    }
+}
+
 /// Lists names with their counts.
 fn counts(counts: &BTreeMap<String, u32>) -> String {
     let list: Vec<String> = counts.iter().map(|(name, n)| format!("{name} {n}")).collect();

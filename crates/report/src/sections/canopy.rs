@@ -40,6 +40,7 @@ pub(crate) fn attempts(results: &Results, figures: &Figures) -> Section {
         @match &results.harvest {
             Some(harvest) => {
                 (contact_outcomes(harvest))
+                (alarms(harvest))
                 @if figures.attempts.is_empty() {
                     p.missing { "The controller declared no attempt." }
                 } @else {
@@ -105,6 +106,25 @@ fn contact_outcomes(harvest: &Summary) -> Markup {
         }
         (table("Contact attempts by outcome", &heads, &rows))
     }
+}
+
+/// The alarms that the controller told; nothing where it told none.
+fn alarms(harvest: &Summary) -> Markup {
+    let told: Vec<_> = conditions(harvest).into_iter().filter(|(_, c)| !c.alarms.is_empty()).collect();
+    let names: BTreeSet<&String> = told.iter().flat_map(|(_, c)| c.alarms.keys()).collect();
+    let mut heads = vec!["alarm"];
+    heads.extend(told.iter().map(|(name, _)| *name));
+    let row = |alarm: &String| -> Vec<Cell> {
+        let counts = told.iter().map(|(_, c)| c.alarms.get(alarm).copied().unwrap_or(0));
+        std::iter::once(Cell::words(plain(alarm)))
+            .chain(counts.map(|n| Cell::number(n.to_string())))
+            .collect()
+    };
+    let rows: Vec<Vec<Cell>> = names.into_iter().map(row).collect();
+    html! { @if !rows.is_empty() {
+        p { "Alarms are faults that the controller noticed and told, in its sensors, its hand or its arm." }
+        (table("Alarms told by the controller", &heads, &rows))
+    } }
 }
 
 fn times(harvest: &Summary) -> Markup {

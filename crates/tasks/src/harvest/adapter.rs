@@ -166,6 +166,8 @@ fn logged(event: &Event) -> ControllerEvent {
             ControllerEvent::AttemptEnded { failure: Some(name(reason)) }
         }
         Event::GaveUp { fault, .. } => ControllerEvent::GaveUp { fault: name(fault) },
+        Event::Alarm { alarm, .. } => ControllerEvent::Alarm { alarm: name(alarm) },
+        Event::AlarmEnded { alarm, .. } => ControllerEvent::AlarmEnded { alarm: name(alarm) },
         Event::Grasped { width, .. } => ControllerEvent::Grasped { width: *width },
         Event::Yielded { force, .. } => ControllerEvent::Yielded { force: *force },
         Event::StemGaveWay { pull, .. } => ControllerEvent::StemGaveWay { pull: *pull },
@@ -204,6 +206,8 @@ impl ControllerEvent {
                 Event::AttemptEnded { time, id: attempt()?, end }
             }
             Self::GaveUp { fault } => Event::GaveUp { time, fault: named("fault", fault)? },
+            Self::Alarm { alarm } => Event::Alarm { time, alarm: named("alarm", alarm)? },
+            Self::AlarmEnded { alarm } => Event::AlarmEnded { time, alarm: named("alarm", alarm)? },
             Self::Grasped { width } => Event::Grasped { time, id: attempt()?, width: *width },
             Self::Yielded { force } => Event::Yielded { time, id: attempt()?, force: *force },
             Self::StemGaveWay { pull } => Event::StemGaveWay { time, id: attempt()?, pull: *pull },

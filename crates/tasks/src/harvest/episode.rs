@@ -4,7 +4,7 @@
 
 mod events;
 
-pub use events::{DepositEvent, DetachEvent, FruitMoment, SnapEvent};
+pub use events::{AlarmTime, DepositEvent, DetachEvent, FruitMoment, SnapEvent};
 
 use orchard_bench::record::Record;
 use orchard_scenario::Names;
@@ -341,6 +341,9 @@ pub struct EpisodeRecord {
     /// When and why the controller gave up; left out if it did not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gave_up: Option<GaveUp>,
+    /// Faults that the controller noticed, in the order of their beginnings; left out if there were none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub alarms: Vec<AlarmTime>,
     /// SHA-256, hexadecimal, of what moved the robot and what the controller logged: of the command log before compression, whether a log
     /// was written or not. Null for a world that could not be built.
     pub commands_sha256: Option<String>,

@@ -10,8 +10,8 @@ use crate::harvest::attempts::{AttemptLog, History, judge};
 use crate::harvest::command_log::CommandLog;
 use crate::harvest::contacts::{contact_attempts, knocked_off, was_held};
 use crate::harvest::episode::{
-    Belief, DepositEvent, DetachEvent, DetectionTally, EpisodeKey, EpisodeRecord, FruitMoment, FruitRecord,
-    FruitState, Outcome, SnapEvent, Yielding,
+    AlarmTime, Belief, DepositEvent, DetachEvent, DetectionTally, EpisodeKey, EpisodeRecord, FruitMoment,
+    FruitRecord, FruitState, Outcome, SnapEvent, Yielding,
 };
 use crate::harvest::hold::HoldWatch;
 use crate::harvest::interface::{
@@ -141,6 +141,7 @@ pub fn never_started(key: EpisodeKey, reason: String) -> EpisodeRecord {
         detection: DetectionTally::default(),
         max_stem_pull_n: None,
         gave_up: None,
+        alarms: Vec::new(),
         commands_sha256: None,
     }
 }
@@ -170,6 +171,7 @@ struct EpisodeLog {
     detection: DetectionTally,
     max_stem_pull: f64,
     gave_up: Option<GaveUp>,
+    alarms: Vec<AlarmTime>,
 }
 
 impl EpisodeLog {
@@ -203,6 +205,7 @@ impl EpisodeLog {
             detection: DetectionTally::default(),
             max_stem_pull: 0.0,
             gave_up: None,
+            alarms: Vec::new(),
         }
     }
 
@@ -248,6 +251,17 @@ impl EpisodeLog {
                 ControllerEvent::GaveUp { fault } => {
                     let time = self.time();
                     self.gave_up.get_or_insert(GaveUp { time, fault });
+                }
+                ControllerEvent::Alarm { alarm } => {
+                    let from = self.time();
+                    self.alarms.push(AlarmTime { alarm, from, until: None });
+                }
+                ControllerEvent::AlarmEnded { alarm } => {
+                    let time = self.time();
+                    let lasting = self.alarms.iter_mut().rev().find(|a| a.alarm == alarm);
+                    if let Some(told) = lasting.filter(|a| a.until.is_none()) {
+                        told.until = Some(time);
+                    }
                 }
                 ControllerEvent::Detected { p_odom, .. } => {
                     self.tally(&p_odom, &world.fruit(), &world.visible_fruit(), &world.x_world_odom());
@@ -469,6 +483,7 @@ impl EpisodeLog {
             detection: self.detection,
             max_stem_pull_n: finite(self.max_stem_pull),
             gave_up: self.gave_up,
+            alarms: self.alarms,
             commands_sha256: None,
         }
     }

@@ -137,4 +137,14 @@ pub enum ControllerEvent {
         /// Their radii \[m\].
         radius: Vec<f64>,
     },
+    /// The controller noticed a fault.
+    Alarm {
+        /// Fault, by the name of [`orchard_picker::Alarm`].
+        alarm: String,
+    },
+    /// A lasting fault is over, as the controller notices.
+    AlarmEnded {
+        /// Fault, by the name of [`orchard_picker::Alarm`].
+        alarm: String,
+    },
 }

@@ -153,7 +153,7 @@ fn a_condition_changes_what_it_says_and_nothing_else() {
 fn the_field_has_what_growers_meet() {
     let matrix = matrix_of(&Protocol::field());
     let groups: Vec<&str> = matrix.groups.iter().map(|(name, _)| name.as_str()).collect();
-    assert_eq!(groups, ["cameras", "crop", "populations", "robots"]);
+    assert_eq!(groups, ["cameras", "crop", "faults", "populations", "robots"]);
     let sunlight = matrix.sweeps.iter().find(|sweep| sweep.name == "sunlight").unwrap();
     assert_eq!(sunlight.reference, "d435i");
     let names: Vec<&str> = sunlight.points.iter().map(|point| point.condition.as_str()).collect();

@@ -90,6 +90,9 @@ pub struct ConditionSummary {
     pub failures: BTreeMap<String, u32>,
     /// Contact attempts by outcome.
     pub contact_outcomes: BTreeMap<String, u32>,
+    /// Faults that the controller told, by alarm; left out where it told none.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub alarms: BTreeMap<String, u32>,
     /// Time in each state of an attempt.
     pub states: BTreeMap<String, StateSummary>,
     /// Mean time from the end of an attempt to the next commitment \[s\]; null without a next commitment.
@@ -199,6 +202,7 @@ fn summed_up(plan: &Plan, condition: &Condition, episodes: &[&EpisodeRecord]) ->
         contact_outcomes: count(
             episodes.iter().flat_map(|e| &e.contact_attempts).map(|a| a.outcome.name().to_owned()),
         ),
+        alarms: count(episodes.iter().flat_map(|e| &e.alarms).map(|told| told.alarm.clone())),
         states: states(episodes),
         between_attempts_s: between_attempts(episodes),
     }

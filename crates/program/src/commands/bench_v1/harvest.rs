@@ -14,7 +14,7 @@ use orchard_tasks::plan_file::Backend;
 
 use super::bar::RecordProgress;
 use super::task::PresentedTask;
-use super::{counts, tell_faults};
+use super::{counts, tell_alarms, tell_faults};
 use crate::failure::Failure;
 use crate::headline;
 
@@ -148,6 +148,9 @@ fn report(summary: &Summary, plan: &Plan) {
             params.horizon_s,
             ends.unwrap_or_default()
         );
+        if let Some(of) = summary.conditions.get(&condition.name) {
+            tell_alarms(&condition.name, &of.alarms);
+        }
     }
     say!("{}", headline::report(summary, plan).trim_end());
 }

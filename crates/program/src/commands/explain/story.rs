@@ -1,6 +1,6 @@
 //! Description of an episode in words.
 
-use orchard_tasks::harvest::episode::{AttemptRecord, EpisodeRecord, HeldEnd, Outcome};
+use orchard_tasks::harvest::episode::{AlarmTime, AttemptRecord, EpisodeRecord, HeldEnd, Outcome};
 
 use super::replay::{Cause, CausedEvent};
 
@@ -22,9 +22,12 @@ pub fn head(record: &EpisodeRecord) -> String {
             words(&told.fault)
         ),
     };
+    let until = |time: Option<f64>| time.map_or_else(String::new, |time| format!(" to {time:.1} s"));
+    let alarm = |a: &AlarmTime| format!("\nALARM at {:.1} s{}: {}", a.from, until(a.until), words(&a.alarm));
+    let alarms: String = record.alarms.iter().map(alarm).collect();
     format!(
         "{} on tree {} of seed {}{repeat}, {}, {:.1} s: {ended}\n\
-         {} fruit, {} reachable; {} declared attempts, {} placed; {} contact attempts, {} placed; {} deposited, {} dropped, {} knocked off; {} branches snapped",
+         {} fruit, {} reachable; {} declared attempts, {} placed; {} contact attempts, {} placed; {} deposited, {} dropped, {} knocked off; {} branches snapped{alarms}",
         key.scenario.controller,
         key.world,
         key.seed,

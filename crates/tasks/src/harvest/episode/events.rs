@@ -70,3 +70,14 @@ pub struct SnapEvent {
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub at_union: bool,
 }
+
+/// A fault that the controller noticed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct AlarmTime {
+    /// Fault, by the name of [`orchard_picker::Alarm`].
+    pub alarm: String,
+    /// Time at which it was noticed \[s\].
+    pub from: f64,
+    /// Time at which the controller noticed its end \[s\]; null if it told none.
+    pub until: Option<f64>,
+}
