@@ -26,7 +26,9 @@ fn output(command: &mut Command) -> Output {
 /// The program in at most 1 GiB of memory and 10 s of processor time, which a busy machine does not lengthen: an allocation or a second beyond them ends the process by a signal.
 fn bounded(args: &[&str]) -> Command {
     let mut command = Command::new("sh");
-    command.args(["-c", "ulimit -v 1048576; ulimit -t 10; exec \"$@\"", "sh", env!("CARGO_BIN_EXE_orchard")]).args(args);
+    command
+        .args(["-c", "ulimit -v 1048576; ulimit -t 10; exec \"$@\"", "sh", env!("CARGO_BIN_EXE_orchard")])
+        .args(args);
     // The C library reserves addresses for every thread that allocates, used or not.
     command.env("MALLOC_ARENA_MAX", "2").stdin(Stdio::null());
     command
