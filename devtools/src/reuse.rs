@@ -111,7 +111,8 @@ fn packages(root: &Path, folder: &Path) -> Result<Vec<(String, PathBuf)>, Failur
     let mut packages = Vec::new();
     for file in workspace::files(&made, &["crate"])? {
         let stem = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        run_in(&unpacked, Command::new("tar").arg("xzf").arg(&file))?;
+        // With the time of unpacking: all files in a package have one time, long ago, by which cargo would take the last run's build for this one's.
+        run_in(&unpacked, Command::new("tar").arg("xzmf").arg(&file))?;
         let name = stem.strip_suffix(&version).unwrap_or(&stem).to_owned();
         packages.push((name, unpacked.join(stem)));
     }

@@ -11,6 +11,10 @@ use crate::error::EnvError;
 /// A world's frame: its lane, the world, its command.
 pub(crate) type Turn<'a> = (usize, &'a mut World, Command);
 
+/// Number of crews, our own choice: one is on the device while the processor, which is what is short, applies the rules of the other.
+#[cfg(feature = "gpu")]
+const CREWS: usize = 2;
+
 /// A frame of a crew under way.
 #[cfg(feature = "gpu")]
 pub(crate) type Begun = orchard_lockstep::Begun;
@@ -50,7 +54,7 @@ impl Mover {
             Backend::Gpu => {
                 let gpu = orchard_gpu::Gpu::open(orchard_gpu::Choice::Any).map_err(|e| device(&e))?;
                 let samples = orchard_lockstep::samples(std::slice::from_ref(scenario));
-                let crews = orchard_lockstep::Lockstep::crews(&gpu, &samples, lanes);
+                let crews = orchard_lockstep::Lockstep::crews(&gpu, &samples, lanes, CREWS);
                 Ok(Self::Gpu(crews.map_err(|e| device(&e))?))
             }
         }
@@ -176,8 +180,9 @@ impl Mover {
 /// Crew of a lane, and its lane in it.
 #[cfg(feature = "gpu")]
 fn place(crews: &[orchard_lockstep::Lockstep], lane: usize) -> (usize, usize) {
-    let first = crews[0].len();
-    if lane < first { (0, lane) } else { (1, lane - first) }
+    // All but the last have the same number of lanes.
+    let each = crews[0].len();
+    (lane / each, lane % each)
 }
 
 /// The same turns by the lanes of their crew.

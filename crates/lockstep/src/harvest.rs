@@ -20,6 +20,10 @@ use crate::tally::Tally;
 const SAMPLE_SEED: u64 = 0x006c_616e_6573;
 const SAMPLES: u32 = 16;
 
+/// Largest crew of a harvest, our own choice: a frame of a crew waits for its slowest controller, and one that looks at an image takes many times as long as one that does not
+/// (docs/computation/gpu-world.md has the times of 1,000 worlds in two crews and in eight).
+const CREW: usize = 128;
+
 /// Sample worlds of some scenarios, by which lanes are made ([`Lockstep::new`]). Worlds that cannot be built are left out.
 pub fn samples(scenarios: &[Scenario]) -> Vec<World> {
     let keys: Vec<_> = scenarios.iter().flat_map(|of| (0..SAMPLES).map(move |index| (of, index))).collect();
@@ -57,7 +61,7 @@ impl Together {
         lanes: usize,
         threads: usize,
     ) -> Result<Self, TogetherError> {
-        let crews = Lockstep::crews(gpu, &samples(conditions), lanes)?;
+        let crews = Lockstep::crews(gpu, &samples(conditions), lanes, lanes.div_ceil(CREW).max(2))?;
         Ok(Self { harvest, seats: Seats::new(crews, threads)?, lanes })
     }
 

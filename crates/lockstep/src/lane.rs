@@ -85,17 +85,19 @@ impl Lockstep {
         Ok(Self { batch, lanes: (0..lanes).map(|_| None).collect(), tally: Tally::default() })
     }
 
-    /// Makes lanes of two locksteps, so that the device computes a frame of one while the processor applies the rules of the other; one lane has one lockstep. The lanes of the first come first.
+    /// Makes lanes of several locksteps of about the same size, so that the device computes a frame of one while the processor is busy with others; the lanes of the first come first. At most one crew a lane.
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub fn crews(gpu: &Gpu, samples: &[World], lanes: usize) -> Result<Vec<Self>, LockstepError> {
-        let first = lanes.div_ceil(2);
-        let crews = [first, lanes - first].into_iter().enumerate();
-        crews
-            .filter(|&(k, lanes)| k == 0 || lanes > 0)
-            .map(|(_, lanes)| Self::new(gpu, samples, lanes))
-            .collect()
+    pub fn crews(
+        gpu: &Gpu,
+        samples: &[World],
+        lanes: usize,
+        crews: usize,
+    ) -> Result<Vec<Self>, LockstepError> {
+        let each = lanes.div_ceil(crews.max(1));
+        let firsts = (0..lanes.max(1)).step_by(each.max(1));
+        firsts.map(|first| Self::new(gpu, samples, each.min(lanes - first))).collect()
     }
 
     /// Number of lanes.
