@@ -51,11 +51,16 @@ impl Links<'_> {
         let mut rest = line;
         while let Some((before, after)) = rest.split_once("](") {
             let Some((target, after)) = after.split_once(')') else { break };
-            let (head, words) = before.rsplit_once('[').unwrap_or((before, ""));
             let (target, title) = self.target(source, place, target)?;
-            // A page that is called by its file's name in the checkout has its title in the site.
-            let words = title.filter(|_| words.ends_with(".md")).unwrap_or(words.to_owned());
-            new += &format!("{head}[{words}]({target})");
+            new += &match before.rsplit_once('[') {
+                Some((head, words)) => {
+                    // A page that is called by its file's name in the checkout has its title in the site.
+                    let words = title.filter(|_| words.ends_with(".md")).unwrap_or(words.to_owned());
+                    format!("{head}[{words}]({target})")
+                }
+                // The end of a link around a picture, which is written already.
+                None => format!("{before}]({target})"),
+            };
             rest = after;
         }
         Ok(new + rest)
@@ -125,11 +130,11 @@ mod tests {
             places.map(|place| (place.to_owned(), Some(format!("Of {place}")))).into_iter().collect();
         let links = Links { root: &root, places, has_world: false };
         let page = "[a](../../README.md#x) [robots.md](../robots.md) [c](https://c.org/) ![d](../decisions/)\n<!-- e -->\n  <!-- e -->\n[f](../../configs/paper/world.toml)\n\
-                    [g](../../Cargo.toml) [h](../../web/index.html)\n```\n[i](nothing)\n```\n";
+                    [g](../../Cargo.toml) [![h](../../web/index.html)](../robots.md)\n```\n[i](nothing)\n```\n";
         let site = links.rewrite("docs/computation/x.md", "computation/x.md", page).unwrap();
         let expected = format!(
             "[a](../overview.md#x) [Of robots.md](../robots.md) [c](https://c.org/) ![d](../decisions/index.md)\n\n[f](../reference/configs/paper/world.md)\n\
-             [g]({REPOSITORY}Cargo.toml) [h](../web.md)\n```\n[i](nothing)\n```\n"
+             [g]({REPOSITORY}Cargo.toml) [![h](../web.md)](../robots.md)\n```\n[i](nothing)\n```\n"
         );
         assert_eq!(site, expected);
         let errors = links.rewrite("docs/x.md", "x.md", "\n[a](nothing.md#b)").unwrap_err();
