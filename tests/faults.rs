@@ -15,7 +15,7 @@ const SECONDS: f64 = 20.0;
 /// Largest contact force on the hand from the notice until the alarm is over \[N\]: as in a pull without a fault.
 const FORCE: f64 = 50.0;
 
-/// What came of some seconds of the expert.
+/// Record of a short episode of the expert.
 struct Run {
     /// Alarms that begin (true) and end, with their times \[s\].
     alarms: Vec<(f64, Alarm, bool)>,

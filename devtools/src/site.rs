@@ -47,7 +47,7 @@ pub struct Args {
 pub const SUITE: &str = "site";
 /// The generator's package.
 const GENERATOR: &str = "zensical";
-/// Its config, in the documentation's folder; it holds the navigation.
+/// Config of the site, in the folder of the documentation; it holds the navigation.
 const CONFIG: &str = "zensical.toml";
 /// The file that lists the versions, as the selector on the pages reads it.
 const VERSIONS: &str = "versions.json";

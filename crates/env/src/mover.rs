@@ -185,7 +185,7 @@ fn place(crews: &[orchard_lockstep::Lockstep], lane: usize) -> (usize, usize) {
     (lane / each, lane % each)
 }
 
-/// The same turns by the lanes of their crew.
+/// Turns with the number that each lane has within its crew.
 #[cfg(feature = "gpu")]
 fn turns_of<'a>(
     crews: &[orchard_lockstep::Lockstep],

@@ -81,7 +81,7 @@ pub enum AttemptEnd {
 pub enum Alarm {
     /// No image comes.
     CameraSilent,
-    /// The same image comes again and again although the camera moves.
+    /// The camera moves, and its image does not change.
     CameraFrozen,
     /// Images come too late to be placed.
     CameraLate,

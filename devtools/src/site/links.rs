@@ -6,7 +6,7 @@ use std::path::Path;
 use super::pages::{DOCS, OUTSIDE};
 use super::reference::place_of_config;
 
-/// Where the files of the checkout stand that are not in the site.
+/// Address of files of the checkout that the site does not hold.
 const REPOSITORY: &str = concat!(env!("CARGO_PKG_REPOSITORY"), "/tree/main/");
 /// The page of a world in a browser, in the checkout and in the site; and the page that tells of it, which stands in for it where it was not built.
 const WORLD: [&str; 3] = ["web/index.html", "world/index.html", "web.md"];

@@ -14,7 +14,7 @@ pub const OUTSIDE: [(&str, &str); 2] = [("README.md", "overview.md"), ("CHANGELO
 /// Kinds of files that pages show or offer.
 const FILES: [&str; 6] = ["png", "svg", "bib", "ipynb", "css", "js"];
 
-/// What a site is made of. Places are relative to the site, with forward slashes.
+/// Pages and files of a site. Places are relative to the site, with forward slashes.
 #[derive(Debug, Default)]
 pub struct Pages {
     /// Markdown by place.
