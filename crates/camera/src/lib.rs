@@ -13,9 +13,11 @@ mod primitive;
 mod raster;
 mod scene;
 mod sensor;
+mod solid;
 mod visibility;
 
 pub use depth::{Frame, render};
 pub use scene::{Geometry, Item, Label, NO_INSTANCE, Rgb, Scene, Tint};
-pub use sensor::{Capture, ImageKey, Sensor};
+pub use sensor::{Capture, Exposure, ImageKey, Sensor};
+pub use solid::Solid;
 pub use visibility::{FruitView, PixelBox, fruit_views};

@@ -6,9 +6,10 @@ mod flat;
 mod round;
 
 use crate::bounds::Bounds;
-use crate::{Geometry, Item, blade};
+use crate::solid::{self, Solid};
+use crate::{Item, blade};
 use flat::{Cuboid, Plane, Triangle};
-use orchard_geometry::{Aabb, Pose, Shape, Vec3, inverse_transform, transform};
+use orchard_geometry::{Pose, Vec3};
 use round::Capsule;
 pub(crate) use round::Sphere;
 
@@ -56,51 +57,23 @@ pub(crate) fn for_each_primitive(
     within: &[Vec3],
     mut f: impl FnMut(&Primitive),
 ) {
-    let x = x_camera_world * item.x_world_item;
-    let p = x.translation.vector;
-    match &item.geometry {
-        &Geometry::Shape(Shape::Sphere { radius }) => f(&Primitive::Sphere(Sphere::new(&x, radius))),
-        &Geometry::Shape(Shape::Capsule { radius, length }) => {
-            f(&Primitive::Capsule(Capsule::new(p, x.rotation * Vec3::z(), length, radius)));
+    solid::of_item(item, x_camera_world, within, |solid| match solid {
+        Solid::Ball { p_camera, radius } => f(&Primitive::Sphere(Sphere::new(p_camera, radius))),
+        Solid::Capsule { p_camera, axis, length, radius } => {
+            f(&Primitive::Capsule(Capsule::new(p_camera, axis, length, radius)));
         }
-        &Geometry::Shape(Shape::Box { half }) => {
-            f(&Primitive::Box(Cuboid::new(&x, half)));
-        }
-        Geometry::Shape(Shape::HalfSpace) => {
-            f(&Primitive::Plane(Plane::new(&p, x.rotation * Vec3::z())));
-        }
-        Geometry::Shape(Shape::ConvexHull(hull)) => {
-            let v: Vec<Vec3> = hull.vertices().iter().map(|v| transform(&x, v)).collect();
-            for face in hull.faces() {
-                // A fan of triangles about the first corner.
-                if let [first, around @ ..] = hull.boundary(face) {
-                    for ends in around.windows(2) {
-                        let corners = [*first, ends[0], ends[1]].map(|index| v[index as usize]);
-                        f(&Primitive::Triangle(Triangle::new(corners)));
-                    }
-                }
-            }
-        }
-        Geometry::Shape(Shape::HeightField(field)) => {
-            let points = within.iter().map(|p| inverse_transform(&x, p)).map(|p| Aabb { min: p, max: p });
-            let around = points.reduce(|a, b| a.union(&b));
-            let cells = match &around {
-                None => Some(field.cells()),
-                Some(around) => field.cells_under(around).filter(|_| field.bounds().overlaps(around)),
-            };
-            for corners in cells.into_iter().flat_map(|cells| field.triangles(cells)) {
-                f(&Primitive::Triangle(Triangle::new(corners.map(|v| transform(&x, &v)))));
-            }
-        }
-        Geometry::Blade { mesh, length, width } => {
-            let r = x.rotation.to_rotation_matrix();
-            let v = mesh.vertices(*length, *width).map(|v| r * v + p);
+        Solid::Box { x_camera_box, half } => f(&Primitive::Box(Cuboid::new(&x_camera_box, half))),
+        Solid::Plane { p_camera, normal } => f(&Primitive::Plane(Plane::new(&p_camera, normal))),
+        Solid::Triangle(corners) => f(&Primitive::Triangle(Triangle::new(corners))),
+        Solid::Blade { x_camera_blade: x, mesh, length, width } => {
+            let (r, p) = (x.rotation.to_rotation_matrix(), x.translation.vector);
+            let v = mesh.vertices(length, width).map(|v| r * v + p);
             const FACES: [[usize; 3]; blade::TRIANGLES] = blade::triangles();
             for [a, b, c] in FACES {
                 f(&Primitive::Triangle(Triangle::new([v[a], v[b], v[c]])));
             }
         }
-    }
+    });
 }
 
 impl Primitive {

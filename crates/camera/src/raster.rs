@@ -3,6 +3,7 @@
 
 use crate::bounds::PixelRect;
 use crate::primitive::{Hit, NO_SIDES, Sides};
+use crate::solid;
 use orchard_geometry::{Intrinsics, Vec3};
 use std::ops::Range;
 
@@ -54,17 +55,9 @@ impl Raster {
         }
     }
 
-    /// The camera and the corners of its view at depth `far`, whose convex hull contains all points in view. No points if
-    /// `far` is infinite.
+    /// Points whose convex hull contains all that is in view.
     pub(crate) fn view(&self) -> Vec<Vec3> {
-        let end = self.end;
-        if !end.is_finite() {
-            return Vec::new();
-        }
-        let (right, bottom) = (self.intrinsics.width as f64, self.intrinsics.height as f64);
-        let corners = [(-1.0, -1.0), (right, -1.0), (-1.0, bottom), (right, bottom)];
-        let rays = corners.map(|(u, v)| self.intrinsics.ray(u, v) * end);
-        rays.into_iter().chain([Vec3::zeros()]).collect()
+        solid::view(&self.intrinsics, self.end)
     }
 
     /// Rows of pixels that may show the primitive.

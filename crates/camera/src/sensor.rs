@@ -39,6 +39,28 @@ pub struct Capture {
     pub truth: Frame,
 }
 
+/// An exact image that is to be drawn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Exposure {
+    /// Intrinsics.
+    pub intrinsics: Intrinsics,
+    /// Pose of the optical frame.
+    pub x_world_camera: Pose,
+    /// Least depth \[m\]; a nearer surface hides what is behind it and is invalid.
+    pub near: f64,
+    /// Largest depth \[m\].
+    pub far: f64,
+}
+
+impl Exposure {
+    /// Draws the image on the processor.
+    pub fn draw(&self, scene: &Scene) -> Frame {
+        let mut frame = Frame::new(self.intrinsics.width, self.intrinsics.height);
+        render(scene, &self.intrinsics, &self.x_world_camera, self.near, self.far, &mut frame);
+        frame
+    }
+}
+
 impl Sensor {
     /// Makes the camera of a spec.
     pub fn new(spec: &CameraSpec) -> Self {
@@ -58,27 +80,50 @@ impl Sensor {
 
     /// Takes an image; `x_world_camera` is the pose of the optical frame.
     pub fn capture(&self, scene: &Scene, x_world_camera: &Pose, key: ImageKey) -> Capture {
-        let range = self.spec.range();
-        let mut truth = Frame::new(self.intrinsics.width, self.intrinsics.height);
-        if matches!(self.spec.measurement(), Measurement::Exact) {
-            render(scene, &self.intrinsics, x_world_camera, range.0, range.1, &mut truth);
-            return Capture { measured: truth.depth.clone(), truth };
-        }
+        let (truth, seen) = self.exposures(x_world_camera);
+        self.develop(truth.draw(scene), seen.map(|exposure| exposure.draw(scene).depth).as_ref(), key)
+    }
+
+    /// The exact images from which an image of the camera is made: the truth, and what its imager sees if that is another image.
+    pub fn exposures(&self, x_world_camera: &Pose) -> (Exposure, Option<Exposure>) {
+        let whole = |intrinsics, x_world_camera, (near, far)| Exposure { intrinsics, x_world_camera, near, far };
         // Surfaces out of range still hide others, give windows texture to match and return light.
         let all = (0.0, f64::INFINITY);
-        render(scene, &self.intrinsics, x_world_camera, all.0, all.1, &mut truth);
-        let measured = match self.spec.native() {
-            None => self.measure(&self.intrinsics, scene, x_world_camera, Some(&truth.depth), key),
+        let (imager, x_world_imager) = match self.spec.native() {
+            None => (self.intrinsics, *x_world_camera),
             Some(native) => {
-                let imager = of_lens(native);
-                let right = native.right.si();
                 let mut x_world_imager = *x_world_camera;
-                x_world_imager.translation.vector -= x_world_camera.rotation * Vec3::new(right, 0.0, 0.0);
-                let depth = self.measure(&imager, scene, &x_world_imager, None, key);
-                register(&depth, &imager, &self.intrinsics, right, native.bridge.si())
+                x_world_imager.translation.vector -=
+                    x_world_camera.rotation * Vec3::new(native.right.si(), 0.0, 0.0);
+                (of_lens(native), x_world_imager)
             }
         };
-        keep_range(&mut truth, range);
+        let seen = match self.spec.measurement() {
+            Measurement::Exact => return (whole(self.intrinsics, *x_world_camera, self.spec.range()), None),
+            Measurement::Stereo(_) => self.spec.native().map(|_| imager),
+            Measurement::TimeOfFlight(_) => Some(finer(&imager, time_of_flight::RAYS)),
+        };
+        let seen = seen.map(|imager| whole(imager, x_world_imager, all));
+        (whole(self.intrinsics, *x_world_camera, all), seen)
+    }
+
+    /// Makes an image from its exact images ([`Self::exposures`]), drawn by any renderer: the truth, and the depth that the imager sees if that
+    /// is another image.
+    pub fn develop(&self, mut truth: Frame, seen: Option<&DepthImage>, key: ImageKey) -> Capture {
+        let imager = self.spec.native().map_or(self.intrinsics, of_lens);
+        let depth = seen.unwrap_or(&truth.depth);
+        let measured = match self.spec.measurement() {
+            Measurement::Exact => return Capture { measured: truth.depth.clone(), truth },
+            Measurement::Stereo(spec) => stereo::measure(spec, imager.fx, depth, key),
+            Measurement::TimeOfFlight(spec) => time_of_flight::measure(spec, depth, key),
+        };
+        let measured = match self.spec.native() {
+            None => measured,
+            Some(native) => {
+                register(&measured, &imager, &self.intrinsics, native.right.si(), native.bridge.si())
+            }
+        };
+        keep_range(&mut truth, self.spec.range());
         self.keep_field(&mut truth);
         Capture { measured, truth }
     }
@@ -102,32 +147,6 @@ impl Sensor {
                 && within(u(p.x + right - baseline), imager.width)
                 && within(imager.fy * p.y / z + imager.cy, imager.height)
         });
-    }
-
-    /// Measures depth with an imager. `drawn` is the true depth at any range, if it has been drawn.
-    fn measure(
-        &self,
-        imager: &Intrinsics,
-        scene: &Scene,
-        x_world_imager: &Pose,
-        drawn: Option<&DepthImage>,
-        key: ImageKey,
-    ) -> DepthImage {
-        let draw = |k: &Intrinsics| {
-            let mut frame = Frame::new(k.width, k.height);
-            render(scene, k, x_world_imager, 0.0, f64::INFINITY, &mut frame);
-            frame.depth
-        };
-        match self.spec.measurement() {
-            Measurement::Exact => draw(imager),
-            Measurement::Stereo(spec) => match drawn {
-                Some(depth) => stereo::measure(spec, imager.fx, depth, key),
-                None => stereo::measure(spec, imager.fx, &draw(imager), key),
-            },
-            Measurement::TimeOfFlight(spec) => {
-                time_of_flight::measure(spec, &draw(&finer(imager, time_of_flight::RAYS)), key)
-            }
-        }
     }
 }
 

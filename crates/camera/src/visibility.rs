@@ -64,7 +64,7 @@ pub fn fruit_views(
     let raster = Raster::new(intrinsics, f64::INFINITY);
     let view = |fruit: &Item, radius: f64| {
         let seen = visible.get(&fruit.instance);
-        let ball = Sphere::new(&(x_camera_world * fruit.x_world_item), radius);
+        let ball = Sphere::new((x_camera_world * fruit.x_world_item).translation.vector, radius);
         let in_row = |row: Row<'_>| row.rays().filter(|ray| ball.hit(ray).is_some()).count() as u32;
         FruitView {
             instance: fruit.instance,

@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use wgpu::{Backends, DeviceDescriptor, DeviceType, Features, InstanceDescriptor, Limits, PowerPreference};
 
 use crate::BatchError;
+use crate::images::pipelines::ImagePipelines;
 use crate::layout::LANES;
 use crate::pipelines::Pipelines;
 use crate::robots::pipelines::RobotPipelines;
@@ -115,6 +116,7 @@ pub struct Gpu {
     robot_pipelines: Arc<OnceLock<RobotPipelines>>,
     world_pipelines: Arc<OnceLock<WorldPipelines>>,
     quad_pipelines: Arc<OnceLock<QuadPipelines>>,
+    image_pipelines: Arc<OnceLock<ImagePipelines>>,
 }
 
 impl Gpu {
@@ -189,6 +191,7 @@ impl Gpu {
             robot_pipelines: Arc::default(),
             world_pipelines: Arc::default(),
             quad_pipelines: Arc::default(),
+            image_pipelines: Arc::default(),
         })
     }
 
@@ -210,6 +213,11 @@ impl Gpu {
     /// Compiled kernels that move quads.
     pub(crate) fn quad_pipelines(&self) -> &QuadPipelines {
         self.quad_pipelines.get_or_init(|| QuadPipelines::new(&self.device))
+    }
+
+    /// Compiled kernels of images.
+    pub(crate) fn image_pipelines(&self) -> &ImagePipelines {
+        self.image_pipelines.get_or_init(|| ImagePipelines::new(&self.device))
     }
 
     /// Name and limits of the adapter.

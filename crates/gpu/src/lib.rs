@@ -31,6 +31,9 @@ mod batch;
 mod batch_tests;
 mod buffers;
 mod device;
+mod images;
+#[cfg(test)]
+mod image_tests;
 mod laws;
 mod layout;
 mod memory;
@@ -69,6 +72,7 @@ struct Readme;
 
 pub use batch::{GpuBatch, Options, Statistics};
 pub use device::{Choice, Gpu, GpuError, GpuInfo};
+pub use images::{ImageBatch, View};
 pub use memory::Room;
 pub use robots::RobotBatch;
 pub use schedule::{ScheduleError, WARPS};

@@ -2,7 +2,7 @@
 
 use super::{Hit, NO_SIDES, Sides, first_positive, sides};
 use crate::bounds::Bounds;
-use orchard_geometry::{Pose, Vec3};
+use orchard_geometry::Vec3;
 
 /// Square of the least distance of a camera from a cylinder's axis, in radii, at which tangent planes keep half of their
 /// digits.
@@ -50,9 +50,9 @@ impl Hit for Sphere {
 }
 
 impl Sphere {
-    /// Makes a ball centred on the origin of a frame.
-    pub(crate) fn new(x_camera_ball: &Pose, radius: f64) -> Self {
-        Self { center: x_camera_ball.translation.vector, radius }
+    /// Makes a ball about a centre.
+    pub(crate) fn new(center: Vec3, radius: f64) -> Self {
+        Self { center, radius }
     }
 
     /// Both roots of |t d - c|^2 = r^2. The discriminant is |d|^2 r^2 - |d x c|^2: no cancellation far away.

@@ -1,0 +1,185 @@
+//! Images of the device at hand against those of the processor.
+
+use std::sync::Arc;
+
+use orchard_camera::blade::BladeMesh;
+use orchard_camera::picture::look_at;
+use orchard_camera::{Exposure, Frame, Geometry, Item, Label, NO_INSTANCE, Scene};
+use orchard_geometry::{ConvexHull, HeightField, Intrinsics, Pose, Rotation, Shape, Vec3, rotation_from_z};
+use orchard_robot::RobotModel;
+use orchard_spec::{Preset, Purpose, Spec, Stream};
+use orchard_world::World;
+
+use crate::device::{Choice, Gpu, GpuError};
+use crate::images::{ImageBatch, View};
+use crate::testing::device;
+
+/// Largest difference of the depths of one surface, over the depth.
+const TOLERANCE: f32 = 1e-5;
+/// Share of a pixel by which a ray may pass beside a silhouette on the device.
+const BESIDE: f64 = 1e-3;
+
+fn exposure(width: usize, height: usize, fov: f64, x_world_camera: Pose, (near, far): (f64, f64)) -> Exposure {
+    let intrinsics = Intrinsics::from_vertical_fov(width, height, fov);
+    Exposure { intrinsics, x_world_camera, near, far }
+}
+
+/// Compares an image of the device with that of the processor; returns the number of pixels that show something, and of those at silhouettes where both differ. A pixel may differ only if the processor's ray
+/// moved by [`BESIDE`] shows what the device has, or if both show surfaces at one depth.
+fn compare(view: &View<'_>, device: &Frame) -> (usize, usize) {
+    let here = view.exposure.draw(view.scene);
+    let k = view.exposure.intrinsics;
+    let agrees = |frame: &Frame, i: usize| {
+        let (a, b) = (device.depth.pixels()[i], frame.depth.pixels()[i]);
+        let is_same = device.label.pixels()[i] == frame.label.pixels()[i]
+            && device.instance.pixels()[i] == frame.instance.pixels()[i];
+        (a - b).abs() <= TOLERANCE * b && is_same
+    };
+    let mut around: Vec<Frame> = Vec::new();
+    let (mut valid, mut beside) = (0, 0);
+    for i in 0..k.width * k.height {
+        valid += usize::from(here.depth.pixels()[i] > 0.0);
+        if agrees(&here, i) {
+            continue;
+        }
+        if around.is_empty() {
+            let moved = [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)].map(|(u, v)| {
+                let intrinsics = Intrinsics { cx: k.cx + BESIDE * u, cy: k.cy + BESIDE * v, ..k };
+                Exposure { intrinsics, ..view.exposure }.draw(view.scene)
+            });
+            around.extend(moved);
+        }
+        let (u, v) = (i % k.width, i / k.width);
+        let of = |frame: &Frame| (frame.depth.pixels()[i], frame.label.pixels()[i], frame.instance.pixels()[i]);
+        // Two surfaces at one depth, such as the balls at a joint of wood: either is right.
+        let is_shown = |item: &&Item| (item.label, item.instance) == (of(device).1, of(device).2);
+        let alone = Scene { items: view.scene.items.iter().filter(is_shown).cloned().collect() };
+        let is_there = || agrees(&view.exposure.draw(&alone), i) && (of(device).0 - of(&here).0).abs() <= TOLERANCE;
+        let explained = around.iter().any(|frame| agrees(frame, i)) || is_there();
+        assert!(explained, "({u}, {v}): {:?} on the device, {:?} here", of(device), of(&here));
+        beside += 1;
+    }
+    (valid, beside)
+}
+
+/// Worlds of several kinds with the robot near the tree, seen from its wrist and from beside, by narrow and wide lenses.
+#[test]
+fn images_of_worlds_are_those_of_the_processor() {
+    let Some(gpu) = device() else { return };
+    let robot = Arc::new(RobotModel::paper());
+    let worlds: Vec<World> = [Preset::Paper, Preset::Calibrated, Preset::VTrellis]
+        .into_iter()
+        .map(|preset| World::new(Arc::new(Spec::preset(preset)), robot.clone(), 4, 0).unwrap())
+        .collect();
+    let scenes: Vec<Scene> = worlds.iter().map(World::scene).collect();
+    let eyes = [[-0.7, 0.2, 1.1], [0.9, -0.4, 1.6]].map(|eye| look_at(&eye.into(), &Vec3::new(0.0, 0.0, 1.0)));
+    let mut views = Vec::new();
+    for (world, scene) in worlds.iter().zip(&scenes) {
+        let [a, b] = eyes;
+        for exposure in [
+            exposure(192, 144, 1.0, world.x_world_camera(), (0.05, 3.0)),
+            exposure(128, 128, 1.2, a, (0.3, 3.0)),
+            exposure(65, 33, 2.2, b, (0.0, f64::INFINITY)),
+        ] {
+            views.push(View { scene, exposure });
+        }
+    }
+    let frames = ImageBatch::new(&gpu).frames(&views).unwrap();
+    let (mut valid, mut beside) = (0, 0);
+    for (view, frame) in views.iter().zip(&frames) {
+        let (shown, differ) = compare(view, frame);
+        (valid, beside) = (valid + shown, beside + differ);
+    }
+    assert!(valid > 50_000 && beside * 1000 <= valid, "{beside} of {valid}");
+    let depths = ImageBatch::new(&gpu).depths(&views).unwrap();
+    assert!(frames.iter().zip(&depths).all(|(frame, depth)| frame.depth == *depth));
+}
+
+/// Random shapes all around the camera: through its plane, behind it, about it.
+#[test]
+fn images_of_shapes_around_the_camera_are_those_of_the_processor() {
+    let Some(gpu) = device() else { return };
+    let mut rng = Stream::new(5, 0, Purpose::Test);
+    let scenes: Vec<Scene> = (0..150).map(|_| shapes(&mut rng)).collect();
+    let k = Intrinsics { width: 48, height: 40, fx: 30.0, fy: 41.0, cx: 20.3, cy: 22.8 };
+    let views: Vec<View<'_>> = scenes
+        .iter()
+        .map(|scene| {
+            let p = 0.2 * direction(&mut rng);
+            let x_world_camera = Pose::from_parts(p.into(), rotation(&mut rng));
+            View { scene, exposure: Exposure { intrinsics: k, x_world_camera, near: 0.1, far: 2.5 } }
+        })
+        .collect();
+    let frames = ImageBatch::new(&gpu).frames(&views).unwrap();
+    let (mut valid, mut beside) = (0, 0);
+    for (view, frame) in views.iter().zip(&frames) {
+        let (shown, differ) = compare(view, frame);
+        (valid, beside) = (valid + shown, beside + differ);
+    }
+    assert!(valid > 50_000 && beside * 1000 <= valid, "{beside} of {valid}");
+}
+
+/// An image has the same bits alone, among others, and drawn in several parts; views without items or pixels are allowed.
+#[test]
+fn company_and_parts_change_no_bit_of_an_image() {
+    let Some(gpu) = device() else { return };
+    let mut rng = Stream::new(6, 0, Purpose::Test);
+    let scenes: Vec<Scene> = (0..5).map(|_| shapes(&mut rng)).chain([Scene::default()]).collect();
+    let view = |(i, scene)| View {
+        scene,
+        exposure: exposure(40 * i, 90, 1.0, Pose::identity(), (0.1, 4.0)),
+    };
+    let views: Vec<View<'_>> = scenes.iter().enumerate().map(view).collect();
+    let together = ImageBatch::new(&gpu).frames(&views).unwrap();
+    let mut batch = ImageBatch::new(&gpu);
+    for (view, frame) in views.iter().zip(&together) {
+        assert_eq!(batch.frames(std::slice::from_ref(view)).unwrap(), [frame.clone()]);
+    }
+    assert!(together[5].label.pixels().iter().all(|label| *label == Label::None));
+    assert!(together[5].instance.pixels().iter().all(|instance| *instance == NO_INSTANCE));
+    let small = Gpu::open_with(Choice::Any, 1 << 18).unwrap();
+    assert_eq!(ImageBatch::new(&small).frames(&views).unwrap(), together);
+    let large = View { scene: &scenes[0], exposure: exposure(400, 350, 1.0, Pose::identity(), (0.1, 4.0)) };
+    let refused = ImageBatch::new(&small).frames(&[large]).unwrap_err();
+    assert!(matches!(refused, GpuError::TooLarge { what: "bytes in one buffer", .. }), "{refused}");
+}
+
+/// A scene of one shape of each kind.
+fn shapes(rng: &mut Stream) -> Scene {
+    let mesh = Arc::new(BladeMesh::from_spec(&Spec::paper().foliage));
+    let mut scene = Scene::default();
+    for i in 0..5 {
+        let size = rng.uniform(0.02, 0.6);
+        let geometry = match rng.integer(0, 6) {
+            0 => Geometry::Shape(Shape::Sphere { radius: size }),
+            1 => Geometry::Shape(Shape::Capsule { radius: 0.3 * size, length: rng.uniform(0.0, 2.0) }),
+            2 => Geometry::Shape(Shape::Box { half: Vec3::from_fn(|_, _| rng.uniform(0.01, 0.5)) }),
+            3 => Geometry::Blade { mesh: mesh.clone(), length: 2.0 * size, width: size },
+            4 => Geometry::Shape(Shape::HalfSpace),
+            5 => {
+                let cloud: Vec<Vec3> = (0..12).map(|_| direction(rng) * size).collect();
+                Geometry::Shape(Shape::ConvexHull(Arc::new(ConvexHull::new(&cloud).unwrap())))
+            }
+            _ => {
+                let heights = (0..30).map(|_| rng.uniform(-0.1, 0.1)).collect();
+                let field = HeightField::new(5, 6, [0.3 * size, 0.4 * size], heights).unwrap();
+                Geometry::Shape(Shape::HeightField(Arc::new(field)))
+            }
+        };
+        let p = direction(rng) * rng.uniform(0.0, 1.5);
+        scene.push(geometry, Pose::from_parts(p.into(), rotation(rng)), Label::Wood, i);
+    }
+    scene
+}
+
+fn direction(rng: &mut Stream) -> Vec3 {
+    let z = rng.uniform(-1.0, 1.0);
+    let (sin, cos) = orchard_geometry::math::sin_cos(rng.uniform(-3.2, 3.2));
+    let beside = (1.0 - z * z).sqrt();
+    Vec3::new(beside * cos, beside * sin, z)
+}
+
+fn rotation(rng: &mut Stream) -> Rotation {
+    let twist = rng.uniform(-3.2, 3.2);
+    rotation_from_z(&direction(rng)) * Rotation::from_axis_angle(&Vec3::z_axis(), twist)
+}

@@ -1,0 +1,133 @@
+//! Buffers of images on the device, which grow with what is drawn.
+
+use wgpu::{BufferUsages, ComputePipeline};
+
+use super::pipelines::ImagePipelines;
+use super::solids::WORDS;
+use crate::buffers::{allocated, create_buffer};
+use crate::device::{Gpu, GpuError};
+use crate::layout::QUAD;
+
+/// A view, as `kernels/image.wgsl` reads it.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+pub(super) struct Header {
+    pub first: u32,
+    pub count: u32,
+    pub pixels: u32,
+    pub size: u32,
+    pub focal: [f32; 2],
+    pub axis: [f32; 2],
+    pub near: f32,
+    pub far: f32,
+    pub wants_items: u32,
+    pub unused: u32,
+}
+
+/// Bytes of a pixel's depth, and of its item.
+pub(super) const PIXEL_BYTES: usize = 4;
+/// Bytes of a corner of a unit blade.
+const CORNER_BYTES: usize = 4 * QUAD;
+/// Bytes of a solid, and of its rectangle of pixels.
+pub(super) const SOLID_BYTES: usize = 4 * WORDS;
+const RECTANGLE_BYTES: usize = 8;
+/// Room beyond what is needed now, our own choice: a share, so that slowly growing needs do not allocate each time.
+const MORE: usize = 4;
+
+/// Numbers of what is drawn at once.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct Sizes {
+    pub views: usize,
+    pub solids: usize,
+    pub corners: usize,
+    pub pixels: usize,
+}
+
+impl Sizes {
+    fn all(self) -> [usize; 4] {
+        [self.views, self.solids, self.corners, self.pixels]
+    }
+
+    /// True if there is room for others.
+    pub fn hold(self, other: Self) -> bool {
+        self.all().iter().zip(other.all()).all(|(has, needs)| *has >= needs)
+    }
+
+    /// Somewhat more.
+    pub fn with_room(self) -> Self {
+        let [views, solids, corners, pixels] = self.all().map(|n| n + n / MORE);
+        Self { views, solids, corners, pixels }
+    }
+
+    /// Memory on the device \[bytes\].
+    pub fn bytes(self) -> usize {
+        self.views * size_of::<Header>()
+            + self.solids * (SOLID_BYTES + RECTANGLE_BYTES)
+            + self.corners * CORNER_BYTES
+            + self.pixels * 4 * PIXEL_BYTES
+    }
+}
+
+/// One buffer for each binding, and one to read from.
+#[derive(Debug)]
+pub(super) struct Buffers {
+    pub sizes: Sizes,
+    pub views: wgpu::Buffer,
+    pub solids: wgpu::Buffer,
+    pub corners: wgpu::Buffer,
+    pub depths: wgpu::Buffer,
+    pub items: wgpu::Buffer,
+    /// Depths, then items.
+    pub staging: wgpu::Buffer,
+    bindings: wgpu::BindGroup,
+}
+
+impl Buffers {
+    /// Allocates them.
+    ///
+    /// # Errors
+    /// The device has no room.
+    pub fn new(gpu: &Gpu, pipelines: &ImagePipelines, sizes: Sizes) -> Result<Self, GpuError> {
+        let part = |n: usize, some: usize| (n as u128 * some as u128).div_ceil(sizes.views.max(1) as u128);
+        allocated(gpu, sizes.views, sizes.bytes() / sizes.views.max(1), |some| {
+            let [views, solids, corners, pixels] = sizes.all().map(|n| part(n, some) as usize);
+            Self::allocate(gpu, pipelines, Sizes { views, solids, corners, pixels })
+        })
+    }
+
+    fn allocate(gpu: &Gpu, pipelines: &ImagePipelines, sizes: Sizes) -> Self {
+        let written = BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
+        let buffer = |label, bytes| create_buffer(gpu, label, bytes, written);
+        let views = buffer("views", sizes.views * size_of::<Header>());
+        let solids = buffer("solids", sizes.solids * SOLID_BYTES);
+        let corners = buffer("corners", sizes.corners * CORNER_BYTES);
+        let rectangles = buffer("rectangles", sizes.solids * RECTANGLE_BYTES);
+        let depths = buffer("depths", sizes.pixels * PIXEL_BYTES);
+        let items = buffer("items", sizes.pixels * PIXEL_BYTES);
+        let read = BufferUsages::MAP_READ | BufferUsages::COPY_DST;
+        let staging = create_buffer(gpu, "images", 2 * sizes.pixels * PIXEL_BYTES, read);
+        let bound = [&views, &solids, &corners, &rectangles, &depths, &items];
+        let entries: Vec<_> = (0..)
+            .zip(bound)
+            .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
+            .collect();
+        let layout = &pipelines.bindings;
+        let descriptor = wgpu::BindGroupDescriptor { label: None, layout, entries: &entries };
+        let bindings = gpu.device.create_bind_group(&descriptor);
+        Self { sizes, views, solids, corners, depths, items, staging, bindings }
+    }
+
+    /// Records a pass with a number of workgroups for each view.
+    pub fn run(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        kernel: &ComputePipeline,
+        groups: usize,
+        views: usize,
+    ) {
+        let mut pass = encoder.begin_compute_pass(&Default::default());
+        pass.set_bind_group(0, &self.bindings, &[]);
+        pass.set_pipeline(kernel);
+        pass.dispatch_workgroups(groups as u32, views as u32, 1);
+    }
+}

@@ -1,0 +1,270 @@
+//! Exact depth images of many scenes at once.
+
+mod buffers;
+pub(crate) mod pipelines;
+mod solids;
+
+use orchard_camera::{Exposure, Frame, Label, NO_INSTANCE, Scene};
+use orchard_geometry::{DepthImage, Image};
+use rayon::prelude::*;
+
+use crate::device::{Gpu, GpuError};
+use buffers::{Buffers, Header, PIXEL_BYTES, SOLID_BYTES, Sizes};
+use pipelines::{BOUND_THREADS, TILE};
+use solids::{Meshes, WORDS};
+
+/// Views that a thread packs at once, our own choice.
+const PACKED: usize = 32;
+/// Bytes of the largest buffer that is drawn at once, our own choice: what is more is drawn in parts.
+const AT_ONCE: usize = 1 << 30;
+/// Columns and rows that an image may have: their numbers have 16 bits.
+const LONGEST: usize = 0xffff;
+
+/// An image to be drawn.
+#[derive(Debug, Clone, Copy)]
+pub struct View<'a> {
+    /// What there is.
+    pub scene: &'a Scene,
+    /// Camera, its pose, and the range of depths.
+    pub exposure: Exposure,
+}
+
+/// Draws exact depth images of many scenes at once, each as [`orchard_camera::render`] does, in f32.
+///
+/// Depths are those of the nearest surface along the ray of each pixel, to about 1e-6 of the depth; pixels at silhouettes may show the surface beside. Of surfaces whose depths differ by less
+/// than 1e-6 the earliest item of the scene is shown. An image has the same bits in any company and from run to run on one device.
+#[derive(Debug)]
+pub struct ImageBatch {
+    gpu: Gpu,
+    buffers: Option<Buffers>,
+}
+
+/// Solids of some successive views.
+struct Packed {
+    solids: Vec<[u32; WORDS]>,
+    /// Number of each view.
+    counts: Vec<usize>,
+}
+
+impl ImageBatch {
+    /// Makes a batch without memory; it grows with what is drawn.
+    pub fn new(gpu: &Gpu) -> Self {
+        Self { gpu: gpu.clone(), buffers: None }
+    }
+
+    /// Memory on the device \[bytes\].
+    pub fn bytes(&self) -> usize {
+        self.buffers.as_ref().map_or(0, |buffers| buffers.sizes.bytes())
+    }
+
+    /// Draws images with labels and instances, in the order of the views.
+    ///
+    /// # Errors
+    /// An image is larger than the device allows; the device has no room, or was lost.
+    pub fn frames(&mut self, views: &[View<'_>]) -> Result<Vec<Frame>, GpuError> {
+        self.draw(views, true, |view, depths, items| {
+            let (width, height) = size_of_view(view);
+            let shown = |item: &u32| view.scene.items.get(*item as usize);
+            let label = items.iter().map(|item| shown(item).map_or(Label::None, |item| item.label));
+            let instance = items.iter().map(|item| shown(item).map_or(NO_INSTANCE, |item| item.instance));
+            Frame {
+                depth: image(width, height, depths.to_vec()),
+                label: image(width, height, label.collect()),
+                instance: image(width, height, instance.collect()),
+            }
+        })
+    }
+
+    /// Draws depth images \[m\], 0 where nothing is in range, in the order of the views.
+    ///
+    /// # Errors
+    /// As [`Self::frames`].
+    pub fn depths(&mut self, views: &[View<'_>]) -> Result<Vec<DepthImage>, GpuError> {
+        self.draw(views, false, |view, depths, _| {
+            let (width, height) = size_of_view(view);
+            image(width, height, depths.to_vec())
+        })
+    }
+
+    /// Draws images in parts that fit, and makes something of the depths and items of each.
+    fn draw<T: Send>(
+        &mut self,
+        views: &[View<'_>],
+        wants_items: bool,
+        make: impl Fn(&View<'_>, &[f32], &[u32]) -> T + Sync,
+    ) -> Result<Vec<T>, GpuError> {
+        let limits = self.gpu.device.limits();
+        let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size / 2) as usize;
+        let most_views = limits.max_compute_workgroups_per_dimension as usize;
+        let mut made = Vec::with_capacity(views.len());
+        let mut left = views;
+        while !left.is_empty() {
+            // An item has one solid but for hulls and uneven ground, which the limit checked below allows for.
+            let bytes = |view: &View<'_>| {
+                let (width, height) = size_of_view(view);
+                (PIXEL_BYTES * width * height).max(SOLID_BYTES * view.scene.items.len())
+            };
+            let sums = left.iter().scan(0, |sum, view| {
+                *sum += bytes(view);
+                Some(*sum)
+            });
+            let count = sums.take(most_views).take_while(|sum| *sum <= AT_ONCE.min(most)).count().max(1);
+            let (now, later) = left.split_at(count);
+            self.submit(now, wants_items, most)?;
+            self.read(now, wants_items, &make, &mut made)?;
+            left = later;
+        }
+        Ok(made)
+    }
+
+    /// Sends views to the device and draws them.
+    fn submit(&mut self, views: &[View<'_>], wants_items: bool, most: usize) -> Result<(), GpuError> {
+        let meshes = Meshes::of(views.iter().map(|view| view.scene));
+        let packed: Vec<Packed> = views.par_chunks(PACKED).map(|views| pack(views, &meshes)).collect();
+        let (mut headers, mut solids, mut pixels) = (Vec::with_capacity(views.len()), 0, 0);
+        let counts = packed.iter().flat_map(|packed| &packed.counts);
+        for (view, count) in views.iter().zip(counts) {
+            headers.push(header(view, wants_items, solids, *count, pixels));
+            let (width, height) = size_of_view(view);
+            (solids, pixels) = (solids + count, pixels + width * height);
+        }
+        let corners = meshes.corners();
+        let sizes = Sizes { views: views.len(), solids, corners: corners.len(), pixels };
+        self.check(views, sizes, most)?;
+        let pipelines = self.gpu.image_pipelines();
+        let fitting = self.buffers.take().filter(|buffers| buffers.sizes.hold(sizes));
+        let buffers = match fitting {
+            Some(buffers) => buffers,
+            None => {
+                let roomy = sizes.with_room();
+                let bytes = (SOLID_BYTES * roomy.solids).max(PIXEL_BYTES * roomy.pixels);
+                Buffers::new(&self.gpu, pipelines, if bytes <= most { roomy } else { sizes })?
+            }
+        };
+        let queue = &self.gpu.queue;
+        queue.write_buffer(&buffers.views, 0, bytemuck::cast_slice(&headers));
+        queue.write_buffer(&buffers.corners, 0, bytemuck::cast_slice(&corners));
+        packed.par_iter().enumerate().for_each(|(part, packed)| {
+            let at = SOLID_BYTES * headers[part * PACKED].first as usize;
+            queue.write_buffer(&buffers.solids, at as u64, bytemuck::cast_slice(&packed.solids));
+        });
+        let most_solids = headers.iter().map(|header| header.count as usize).max().unwrap_or(0);
+        let most_tiles = views.iter().map(|view| tiles(size_of_view(view))).max().unwrap_or(0);
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        if most_solids > 0 {
+            buffers.run(&mut encoder, &pipelines.bound, most_solids.div_ceil(BOUND_THREADS), views.len());
+        }
+        if most_tiles > 0 {
+            buffers.run(&mut encoder, &pipelines.draw, most_tiles, views.len());
+        }
+        let bytes = (PIXEL_BYTES * pixels) as u64;
+        encoder.copy_buffer_to_buffer(&buffers.depths, 0, &buffers.staging, 0, bytes);
+        if wants_items {
+            encoder.copy_buffer_to_buffer(&buffers.items, 0, &buffers.staging, bytes, bytes);
+        }
+        queue.submit([encoder.finish()]);
+        self.buffers = Some(buffers);
+        Ok(())
+    }
+
+    /// Reads what was drawn.
+    fn read<T: Send>(
+        &self,
+        views: &[View<'_>],
+        wants_items: bool,
+        make: impl Fn(&View<'_>, &[f32], &[u32]) -> T + Sync,
+        made: &mut Vec<T>,
+    ) -> Result<(), GpuError> {
+        let Some(buffers) = &self.buffers else { return Ok(()) };
+        let pixels: usize = views.iter().map(size_of_view).map(|(width, height)| width * height).sum();
+        let kinds = if wants_items { 2 } else { 1 };
+        let empty: &[u32] = &[];
+        if pixels == 0 {
+            made.extend(views.iter().map(|view| make(view, &[], empty)));
+            return self.gpu.wait();
+        }
+        let slice = buffers.staging.slice(..(kinds * PIXEL_BYTES * pixels) as u64);
+        // A lost device is reported by the wait.
+        slice.map_async(wgpu::MapMode::Read, |_| {});
+        self.gpu.wait()?;
+        let mapped = slice.get_mapped_range().map_err(|e| GpuError::Lost(e.to_string()))?;
+        let (depths, items) = mapped.split_at(PIXEL_BYTES * pixels);
+        let (depths, items): (&[f32], &[u32]) = (bytemuck::cast_slice(depths), bytemuck::cast_slice(items));
+        let firsts = views.iter().scan(0, |end, view| {
+            let (first, (width, height)) = (*end, size_of_view(view));
+            *end += width * height;
+            Some(first..*end)
+        });
+        let ranges: Vec<_> = firsts.collect();
+        let drawn = views.par_iter().zip(ranges).map(|(view, range)| {
+            let items = if wants_items { &items[range.clone()] } else { empty };
+            make(view, &depths[range], items)
+        });
+        made.extend(drawn.collect::<Vec<T>>());
+        drop(mapped);
+        buffers.staging.unmap();
+        Ok(())
+    }
+
+    /// Checks sizes against the limits of the adapter.
+    fn check(&self, views: &[View<'_>], sizes: Sizes, most: usize) -> Result<(), GpuError> {
+        let longest = views.iter().map(size_of_view).map(|(width, height)| width.max(height)).max().unwrap_or(0);
+        let most_groups = self.gpu.device.limits().max_compute_workgroups_per_dimension as usize;
+        let largest = (SOLID_BYTES * sizes.solids).max(PIXEL_BYTES * sizes.pixels);
+        let groups = views.iter().map(|view| tiles(size_of_view(view))).max().unwrap_or(0);
+        let limits = [
+            ("bytes in one buffer", largest, most),
+            ("columns or rows of an image", longest, LONGEST),
+            ("tiles of an image", groups, most_groups),
+        ];
+        for (what, needed, has) in limits {
+            if needed > has {
+                return Err(GpuError::TooLarge {
+                    worlds: views.len(),
+                    what,
+                    needed: needed as u64,
+                    adapter: self.gpu.info().name.clone(),
+                    has: has as u64,
+                    fits: if views.len() == 1 { 0 } else { views.len() * has / needed },
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+fn pack(views: &[View<'_>], meshes: &Meshes) -> Packed {
+    let mut solids = Vec::with_capacity(views.iter().map(|view| view.scene.items.len()).sum());
+    let counts = views.iter().map(|view| solids::push(&mut solids, view, meshes)).collect();
+    Packed { solids, counts }
+}
+
+fn header(view: &View<'_>, wants_items: bool, first: usize, count: usize, pixels: usize) -> Header {
+    let k = &view.exposure.intrinsics;
+    Header {
+        first: first as u32,
+        count: count as u32,
+        pixels: pixels as u32,
+        size: (k.width | k.height << 16) as u32,
+        focal: [k.fx as f32, k.fy as f32],
+        axis: [k.cx as f32, k.cy as f32],
+        near: view.exposure.near as f32,
+        // Infinity has no place in a kernel.
+        far: view.exposure.far.min(f64::from(f32::MAX)) as f32,
+        wants_items: u32::from(wants_items),
+        unused: 0,
+    }
+}
+
+fn size_of_view(view: &View<'_>) -> (usize, usize) {
+    (view.exposure.intrinsics.width, view.exposure.intrinsics.height)
+}
+
+/// Tiles of an image.
+fn tiles((width, height): (usize, usize)) -> usize {
+    width.div_ceil(TILE.0) * height.div_ceil(TILE.1)
+}
+
+fn image<T>(width: usize, height: usize, pixels: Vec<T>) -> Image<T> {
+    Image::from_pixels(width, height, pixels).unwrap_or_else(|| unreachable!("the ranges are those of the images"))
+}
