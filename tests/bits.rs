@@ -13,7 +13,7 @@ pub fn fingerprint(world: &World, observation: &Observation) -> [u8; 32] {
     }
     hash.update(world.snapshot().to_bytes());
     let proprioception = Observation { depth: None, ..observation.clone() };
-    let visible = world.camera_truth().map(|truth| (truth.frame, &truth.fruit));
+    let visible = world.camera_truth().map(|truth| (truth.sight.frame, truth.fruit()));
     // Rust writes every digit of a number.
     hash.update(format!("{proprioception:?} {visible:?} {:?}", world.fruit_truth()));
     hash.finalize().into()

@@ -72,7 +72,7 @@ fn together(preset: Preset, indices: Range<u32>, threads: usize) -> Vec<Record> 
                 snapshots[place] = with_fault(preset, &env.worlds()[place]).snapshot();
                 env.restore(&snapshots).unwrap();
             }
-            let observations = env.observe();
+            let observations = env.observe().unwrap();
             let prints: Vec<[u8; 32]> =
                 env.worlds().iter().zip(&observations).map(|(world, o)| fingerprint(world, o)).collect();
             let commands: Vec<Command> = indices.clone().map(|index| command(index, frame)).collect();

@@ -1,7 +1,7 @@
 //! Task environments whose worlds move on a graphics device.
 
 use orchard_env::{Backend, Env, EnvError, Settings, Task, TaskEnv};
-use orchard_policy::Values;
+use orchard_policy::{Spaces, Values};
 use orchard_scenario::Scenario;
 
 use crate::steppers::testing::device;
@@ -9,7 +9,16 @@ use crate::steppers::testing::device;
 const SEED: u64 = 20_250_704;
 
 fn env(task: Task, backend: Backend, envs: u32) -> TaskEnv {
-    let settings = Settings { backend, ..Settings::of(task) };
+    started(Settings { backend, ..Settings::of(task) }, envs)
+}
+
+/// Environments that see depth images.
+fn seeing(backend: Backend, envs: u32) -> TaskEnv {
+    let spaces = Spaces { depth: true, ..Spaces::default() };
+    started(Settings { backend, spaces, ..Settings::of(Task::Reach) }, envs)
+}
+
+fn started(settings: Settings, envs: u32) -> TaskEnv {
     let mut env = TaskEnv::new(&Scenario::of(&[]).unwrap(), &settings, 0..envs).unwrap();
     env.reset(&vec![Some(SEED); envs as usize], &vec![true; envs as usize]).unwrap();
     env
@@ -57,17 +66,49 @@ fn observations_and_rewards_are_those_of_the_cpu() {
     }
 }
 
+/// The device draws the images: those of the first worlds, of later steps, and after a reset show what the processor's show, but for pixels at silhouettes.
+#[test]
+fn images_are_those_of_the_cpu() {
+    if device().is_none() {
+        return;
+    }
+    let (mut here, mut there) = (seeing(Backend::Cpu, 2), seeing(Backend::Gpu, 2));
+    let field = here.interface().policy.observation.iter().position(|field| field.name == "depth").unwrap();
+    let image = |env: &TaskEnv, k: usize| match &env.observation(k)[field] {
+        Values::F32(depth) => depth.clone(),
+        other => panic!("{other:?}"),
+    };
+    let actions = vec![0.3; 2 * here.interface().policy.action.len()];
+    for step in 0..4 {
+        for k in 0..2 {
+            let (a, b) = (image(&here, k), image(&there, k));
+            let differ = a.iter().zip(&b).filter(|(a, b)| (*a - *b).abs() > 1e-4).count();
+            assert!(a.iter().filter(|z| **z > 0.0).count() > 1000, "step {step}: nothing is in view");
+            assert!(1000 * differ <= a.len(), "step {step}, environment {k}: {differ} pixels differ");
+            // Drawn in f32.
+            assert!(a != b, "step {step}, environment {k}: the processor drew both");
+        }
+        for env in [&mut here, &mut there] {
+            env.step(&actions, &[true; 2]).unwrap();
+            if step == 2 {
+                env.reset(&[None; 2], &[false, true]).unwrap();
+            }
+        }
+    }
+}
+
 #[test]
 fn an_environment_goes_on_with_the_same_bits_from_a_saved_state() {
     if device().is_none() {
         return;
     }
-    let mut first = env(Task::Reach, Backend::Gpu, 2);
+    let mut first = seeing(Backend::Gpu, 2);
     let actions = vec![0.3; 2 * first.interface().policy.action.len()];
     first.step(&actions, &[true; 2]).unwrap();
     let saved = first.snapshot().unwrap();
-    let mut second = env(Task::Reach, Backend::Gpu, 2);
+    let mut second = seeing(Backend::Gpu, 2);
     second.restore(&saved).unwrap();
+    assert_eq!(first.observation(0), second.observation(0));
     for _ in 0..3 {
         first.step(&actions, &[true; 2]).unwrap();
         second.step(&actions, &[true; 2]).unwrap();

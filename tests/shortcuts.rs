@@ -51,8 +51,8 @@ impl Sight {
             Sight::Sound => {}
             Sight::Blind => *depth = DepthImage::filled(depth.width(), depth.height(), 0.0),
             Sight::MeanFruit { p_world, radius } => {
-                let p_camera = transform(&truth.x_world_camera.inverse(), &p_world);
-                let labels = &truth.capture.truth.label;
+                let p_camera = transform(&truth.sight.x_world_camera.inverse(), &p_world);
+                let labels = &truth.truth().label;
                 let camera = observation.intrinsics;
                 // Middle of the phantom's image, and a length that no part of the image is beyond; a ray for every pixel of every image takes minutes.
                 let image = camera

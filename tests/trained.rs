@@ -194,7 +194,7 @@ fn the_camera_sees_the_row() {
         let seen = (0..4).any(|index| {
             let mut world = world(preset, index);
             world.observe();
-            world.camera_truth().unwrap().capture.truth.label.pixels().contains(&Label::Scenery)
+            world.camera_truth().unwrap().truth().label.pixels().contains(&Label::Scenery)
         });
         assert!(seen, "{preset}");
     }

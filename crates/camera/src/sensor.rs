@@ -12,6 +12,9 @@ use crate::{Frame, Label, NO_INSTANCE, Scene, render};
 use orchard_geometry::{DepthImage, Intrinsics, Pose, Vec3, math};
 use orchard_spec::camera::{CameraSpec, Measurement, NativeSpec, ViewSpec};
 
+/// Range of depths that keeps all surfaces.
+const EVERYWHERE: (f64, f64) = (0.0, f64::INFINITY);
+
 /// A depth camera.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sensor {
@@ -80,52 +83,72 @@ impl Sensor {
 
     /// Takes an image; `x_world_camera` is the pose of the optical frame.
     pub fn capture(&self, scene: &Scene, x_world_camera: &Pose, key: ImageKey) -> Capture {
-        let (truth, seen) = self.exposures(x_world_camera);
-        self.develop(truth.draw(scene), seen.map(|exposure| exposure.draw(scene).depth).as_ref(), key)
+        let seen = self.exposure(x_world_camera).draw(scene);
+        let measured = self.measure(&seen.depth, key);
+        let truth = if self.sees_what_it_shows() {
+            self.in_range(seen)
+        } else {
+            self.truth(scene, x_world_camera)
+        };
+        Capture { measured, truth }
     }
 
-    /// The exact images from which an image of the camera is made: the truth, and what its imager sees if that is another image.
-    pub fn exposures(&self, x_world_camera: &Pose) -> (Exposure, Option<Exposure>) {
-        let whole = |intrinsics, x_world_camera, (near, far)| Exposure { intrinsics, x_world_camera, near, far };
-        // Surfaces out of range still hide others, give windows texture to match and return light.
-        let all = (0.0, f64::INFINITY);
-        let (imager, x_world_imager) = match self.spec.native() {
-            None => (self.intrinsics, *x_world_camera),
+    /// The exact image from which the camera measures: that of its imager, with finer pixels where one gathers light of several rays.
+    pub fn exposure(&self, x_world_camera: &Pose) -> Exposure {
+        let mut x_world_imager = *x_world_camera;
+        let imager = match self.spec.native() {
+            None => self.intrinsics,
             Some(native) => {
-                let mut x_world_imager = *x_world_camera;
-                x_world_imager.translation.vector -=
-                    x_world_camera.rotation * Vec3::new(native.right.si(), 0.0, 0.0);
-                (of_lens(native), x_world_imager)
+                let right = Vec3::new(native.right.si(), 0.0, 0.0);
+                x_world_imager.translation.vector -= x_world_camera.rotation * right;
+                of_lens(native)
             }
         };
-        let seen = match self.spec.measurement() {
-            Measurement::Exact => return (whole(self.intrinsics, *x_world_camera, self.spec.range()), None),
-            Measurement::Stereo(_) => self.spec.native().map(|_| imager),
-            Measurement::TimeOfFlight(_) => Some(finer(&imager, time_of_flight::RAYS)),
+        // Surfaces out of range still hide others, give windows texture to match and return light.
+        let (intrinsics, (near, far)) = match self.spec.measurement() {
+            Measurement::Exact => (imager, self.spec.range()),
+            Measurement::Stereo(_) => (imager, EVERYWHERE),
+            Measurement::TimeOfFlight(_) => (finer(&imager, time_of_flight::RAYS), EVERYWHERE),
         };
-        let seen = seen.map(|imager| whole(imager, x_world_imager, all));
-        (whole(self.intrinsics, *x_world_camera, all), seen)
+        Exposure { intrinsics, x_world_camera: x_world_imager, near, far }
     }
 
-    /// Makes an image from its exact images ([`Self::exposures`]), drawn by any renderer: the truth, and the depth that the imager sees if that
-    /// is another image.
-    pub fn develop(&self, mut truth: Frame, seen: Option<&DepthImage>, key: ImageKey) -> Capture {
+    /// Makes the measured depth \[m\], 0 without a measurement, from the depths of [`Self::exposure`], drawn by any renderer.
+    pub fn measure(&self, seen: &DepthImage, key: ImageKey) -> DepthImage {
         let imager = self.spec.native().map_or(self.intrinsics, of_lens);
-        let depth = seen.unwrap_or(&truth.depth);
         let measured = match self.spec.measurement() {
-            Measurement::Exact => return Capture { measured: truth.depth.clone(), truth },
-            Measurement::Stereo(spec) => stereo::measure(spec, imager.fx, depth, key),
-            Measurement::TimeOfFlight(spec) => time_of_flight::measure(spec, depth, key),
+            Measurement::Exact => seen.clone(),
+            Measurement::Stereo(spec) => stereo::measure(spec, imager.fx, seen, key),
+            Measurement::TimeOfFlight(spec) => time_of_flight::measure(spec, seen, key),
         };
-        let measured = match self.spec.native() {
+        match self.spec.native() {
             None => measured,
             Some(native) => {
                 register(&measured, &imager, &self.intrinsics, native.right.si(), native.bridge.si())
             }
-        };
+        }
+    }
+
+    /// Draws the truth of an image ([`Capture::truth`]).
+    pub fn truth(&self, scene: &Scene, x_world_camera: &Pose) -> Frame {
+        let (near, far) = EVERYWHERE;
+        let exposure =
+            Exposure { intrinsics: self.intrinsics, x_world_camera: *x_world_camera, near, far };
+        self.in_range(exposure.draw(scene))
+    }
+
+    /// True if the exact image from which the camera measures has the pixels of its own.
+    fn sees_what_it_shows(&self) -> bool {
+        self.spec.native().is_none() && !matches!(self.spec.measurement(), Measurement::TimeOfFlight(_))
+    }
+
+    /// Keeps the pixels that the camera could measure.
+    fn in_range(&self, mut truth: Frame) -> Frame {
         keep_range(&mut truth, self.spec.range());
-        self.keep_field(&mut truth);
-        Capture { measured, truth }
+        if !matches!(self.spec.measurement(), Measurement::Exact) {
+            self.keep_field(&mut truth);
+        }
+        truth
     }
 
     /// Invalidates pixels of surfaces that do not lie in the fields of view of all lenses that a measurement needs: the depth imager, and

@@ -7,7 +7,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let hold = scenario.robot().start_command();
     let mut env = Env::new(&scenario, 1, 0..4, Backend::Cpu)?;
     for _ in 0..60 {
-        let observations = env.observe();
+        let observations = env.observe()?;
         env.step(&vec![hold; observations.len()])?;
     }
     Ok(())

@@ -1,6 +1,6 @@
 //! Movers of worlds: the processor, or a graphics device.
 
-use orchard_robot::Command;
+use orchard_robot::{Command, Observation};
 use orchard_scenario::Scenario;
 use orchard_tasks::plan_file::Backend;
 use orchard_world::World;
@@ -29,7 +29,15 @@ pub(crate) enum Mover {
     Cpu,
     /// On a graphics device, in crews whose frames overlap: lanes in the order of the crews.
     #[cfg(feature = "gpu")]
-    Gpu(Vec<orchard_lockstep::Lockstep>),
+    Gpu(Device),
+}
+
+/// Crews on a graphics device, and what draws the images of their worlds.
+#[cfg(feature = "gpu")]
+#[derive(Debug)]
+pub(crate) struct Device {
+    crews: Vec<orchard_lockstep::Lockstep>,
+    eyes: orchard_lockstep::Eyes,
 }
 
 #[cfg(feature = "gpu")]
@@ -55,7 +63,8 @@ impl Mover {
                 let gpu = orchard_gpu::Gpu::open(orchard_gpu::Choice::Any).map_err(|e| device(&e))?;
                 let samples = orchard_lockstep::samples(std::slice::from_ref(scenario));
                 let crews = orchard_lockstep::Lockstep::crews(&gpu, &samples, lanes, CREWS);
-                Ok(Self::Gpu(crews.map_err(|e| device(&e))?))
+                let (crews, eyes) = (crews.map_err(|e| device(&e))?, orchard_lockstep::Eyes::new(&gpu));
+                Ok(Self::Gpu(Device { crews, eyes }))
             }
         }
     }
@@ -69,7 +78,7 @@ impl Mover {
         match self {
             Self::Cpu => Ok(()),
             #[cfg(feature = "gpu")]
-            Self::Gpu(crews) => {
+            Self::Gpu(Device { crews, .. }) => {
                 let (crew, lane) = place(crews, lane);
                 crews[crew].enter(lane, world).map_err(|e| device(&e))
             }
@@ -82,7 +91,7 @@ impl Mover {
         match self {
             Self::Cpu => {}
             #[cfg(feature = "gpu")]
-            Self::Gpu(crews) => {
+            Self::Gpu(Device { crews, .. }) => {
                 let (crew, lane) = place(crews, lane);
                 crews[crew].renew(lane);
             }
@@ -94,7 +103,7 @@ impl Mover {
         match self {
             Self::Cpu => 1,
             #[cfg(feature = "gpu")]
-            Self::Gpu(crews) => crews.len(),
+            Self::Gpu(Device { crews, .. }) => crews.len(),
         }
     }
 
@@ -104,7 +113,7 @@ impl Mover {
         match self {
             Self::Cpu => 0,
             #[cfg(feature = "gpu")]
-            Self::Gpu(crews) => place(crews, lane).0,
+            Self::Gpu(Device { crews, .. }) => place(crews, lane).0,
         }
     }
 
@@ -120,7 +129,7 @@ impl Mover {
                 Ok(None)
             }
             #[cfg(feature = "gpu")]
-            Self::Gpu(crews) => {
+            Self::Gpu(Device { crews, .. }) => {
                 let mut turns = turns_of(crews, turns);
                 crews[crew].begin(&mut turns).map(Some).map_err(|e| device(&e))
             }
@@ -135,7 +144,7 @@ impl Mover {
     pub fn end(&mut self, crew: usize, turns: Vec<Turn<'_>>, begun: Option<Begun>) -> Result<(), EnvError> {
         match (self, begun) {
             #[cfg(feature = "gpu")]
-            (Self::Gpu(crews), Some(begun)) => {
+            (Self::Gpu(Device { crews, .. }), Some(begun)) => {
                 let mut turns = turns_of(crews, turns);
                 crews[crew].end(&mut turns, begun).map_err(|e| device(&e))
             }
@@ -159,6 +168,32 @@ impl Mover {
         Ok(())
     }
 
+    /// Returns the observation of each world, with the images that cameras deliver now; each image is its world's latest from now on.
+    ///
+    /// # Errors
+    /// The device has no room for the images, or was lost.
+    #[cfg_attr(not(feature = "gpu"), expect(clippy::unnecessary_wraps))]
+    pub fn observe(&mut self, worlds: &mut [&mut World]) -> Result<Vec<Observation>, EnvError> {
+        match self {
+            Self::Cpu => Ok(worlds.par_iter_mut().map(|world| world.observe()).collect()),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(Device { eyes, .. }) => eyes.observe(worlds).map_err(|e| device(&e)),
+        }
+    }
+
+    /// Draws the latest images of worlds again where the device draws them: those of a restored or fresh world were drawn on the processor.
+    ///
+    /// # Errors
+    /// As [`Self::observe`].
+    #[cfg_attr(not(feature = "gpu"), expect(unused_variables, clippy::unnecessary_wraps))]
+    pub fn look_again(&mut self, worlds: &mut [&mut World]) -> Result<(), EnvError> {
+        match self {
+            Self::Cpu => Ok(()),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(Device { eyes, .. }) => eyes.look_again(worlds).map_err(|e| device(&e)),
+        }
+    }
+
     /// True if the worlds move in f64, each on its own.
     pub fn is_cpu(&self) -> bool {
         matches!(self, Self::Cpu)
@@ -169,7 +204,7 @@ impl Mover {
     pub fn tally(&self) -> Option<orchard_lockstep::Tally> {
         match self {
             Self::Cpu => None,
-            Self::Gpu(crews) => {
+            Self::Gpu(Device { crews, .. }) => {
                 let tallies = crews.iter().map(orchard_lockstep::Lockstep::tally);
                 Some(tallies.fold(orchard_lockstep::Tally::default(), orchard_lockstep::Tally::with))
             }

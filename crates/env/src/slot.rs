@@ -96,6 +96,11 @@ impl Stepping {
         let goes_on = self.ending.is_none() && self.frames < shared.interface.policy.frames;
         goes_on.then_some(self.frames)
     }
+
+    /// True after the frame whose image is the last one of the step.
+    pub fn is_image_due(&self) -> bool {
+        self.last_image == Some(self.frames)
+    }
 }
 
 /// World of an episode: seed and index.
@@ -200,6 +205,9 @@ impl Slot {
             let command = command(frame, world);
             world.step(&command);
             self.after_frame(&mut stepping, &command, shared);
+            if let (Some((world, _)), true) = (&mut self.running, stepping.is_image_due()) {
+                world.observe();
+            }
         }
         self.end_step(&stepping, shared);
     }
@@ -228,9 +236,6 @@ impl Slot {
         let events = world.drain_events();
         stepping.damage.take(&events);
         stepping.ending = episode.task.after_frame(world, &events, shared);
-        if stepping.last_image == Some(stepping.frames) {
-            world.observe();
-        }
         if let Some(request) = shared.encoding.pictures().filter(|request| request.is_due(world.frame())) {
             episode.pictures = Some(world.take_pictures(request));
         }
@@ -248,11 +253,11 @@ impl Slot {
     }
 
     /// Reads the sensors.
-    fn look(&mut self, shared: &Shared) {
+    pub fn look(&mut self, shared: &Shared) {
         let Some((world, episode)) = &self.running else { return };
         let depth = world.camera_truth().map(|truth| DepthReading {
-            image: &truth.capture.measured,
-            time: f64::from(truth.frame) * world.spec().sim.frame(),
+            image: &truth.measured,
+            time: f64::from(truth.sight.frame) * world.spec().sim.frame(),
         });
         let target = match &episode.task {
             State::Harvest(_) => None,

@@ -127,6 +127,20 @@ impl TaskEnv {
                 mover.enter(lane, world)?;
             }
         }
+        self.look_again(mask)
+    }
+
+    /// Draws the latest images of some environments where those of all others are drawn.
+    fn look_again(&mut self, mask: &[bool]) -> Result<(), EnvError> {
+        let Self { slots, mover, shared } = self;
+        if mover.is_cpu() || !shared.interface.policy.spaces.depth {
+            return Ok(());
+        }
+        let mut chosen: Vec<&mut Slot> =
+            slots.iter_mut().zip(mask).filter(|(_, chosen)| **chosen).map(|(slot, _)| slot).collect();
+        let mut worlds: Vec<_> = chosen.iter_mut().filter_map(|slot| slot.world_mut()).collect();
+        mover.look_again(&mut worlds)?;
+        chosen.par_iter_mut().for_each(|slot| slot.look(shared));
         Ok(())
     }
 

@@ -50,7 +50,9 @@ impl Crew<'_> {
             }
         });
         self.is_under_way = false;
-        Ok(())
+        let due = self.members.iter_mut().filter(|member| member.stepping.is_image_due());
+        let mut worlds: Vec<_> = due.filter_map(|member| member.slot.world_mut()).collect();
+        if worlds.is_empty() { Ok(()) } else { mover.observe(&mut worlds).map(|_| ()) }
     }
 
     /// Frame of every step that goes on.

@@ -106,8 +106,11 @@ impl Env {
     }
 
     /// Returns the observation of every world, in the order of [`Env::worlds`].
-    pub fn observe(&mut self) -> Vec<Observation> {
-        self.worlds.par_iter_mut().map(World::observe).collect()
+    ///
+    /// # Errors
+    /// The device that draws the images has no room, or was lost.
+    pub fn observe(&mut self) -> Result<Vec<Observation>, EnvError> {
+        self.mover.observe(&mut self.worlds.iter_mut().collect::<Vec<_>>())
     }
 
     /// Advances every world one frame under its command; returns each world's events.

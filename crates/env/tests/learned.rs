@@ -119,8 +119,8 @@ fn encoding(scenario: &Scenario, spaces: &Spaces, world: &World) -> Encoding {
 fn look(encoding: &Encoding, world: &mut World, goal: &Option<Goal>) -> Vec<Values> {
     let sensed = world.observe();
     let depth = world.camera_truth().map(|truth| DepthReading {
-        image: &truth.capture.measured,
-        time: f64::from(truth.frame) * world.spec().sim.frame(),
+        image: &truth.measured,
+        time: f64::from(truth.sight.frame) * world.spec().sim.frame(),
     });
     let target = goal.map(|goal| match goal {
         Goal::Grasp { p_odom: p, radius } => [p.x, p.y, p.z, radius],

@@ -90,7 +90,7 @@ fn images_of_worlds_are_those_of_the_processor() {
         let (shown, differ) = compare(view, frame);
         (valid, beside) = (valid + shown, beside + differ);
     }
-    assert!(valid > 50_000 && beside * 1000 <= valid, "{beside} of {valid}");
+    assert!(valid > 40_000 && beside * 1000 <= valid, "{beside} of {valid}");
     let depths = ImageBatch::new(&gpu).depths(&views).unwrap();
     assert!(frames.iter().zip(&depths).all(|(frame, depth)| frame.depth == *depth));
 }

@@ -24,12 +24,14 @@
 //! # }
 //! ```
 
+mod eyes;
 mod harvest;
 mod lane;
 mod seats;
 mod step;
 mod tally;
 
+pub use eyes::Eyes;
 pub use harvest::{Seated, Together, TogetherError, samples};
 pub use lane::{Lockstep, LockstepError};
 pub use seats::{Seat, Seats};

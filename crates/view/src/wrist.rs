@@ -16,9 +16,9 @@ const ROWS: usize = 144;
 pub fn seen(world: &World, detector: &DetectorConfig) -> Vec<Seen> {
     let Some(truth) = world.camera_truth() else { return Vec::new() };
     let intrinsics = world.sense().intrinsics;
-    let found = detect(&truth.capture.measured, &intrinsics, None, detector).unwrap_or_default();
+    let found = detect(&truth.measured, &intrinsics, None, detector).unwrap_or_default();
     let seen = found.into_iter().map(|found| Seen {
-        p_world: transform(&truth.x_world_camera, &found.p_camera),
+        p_world: transform(&truth.sight.x_world_camera, &found.p_camera),
         radius: found.radius,
         score: found.score,
     });
@@ -32,12 +32,12 @@ pub fn depth(world: &World, seen: &[Seen]) -> Option<Image<[u8; 3]>> {
     let circles: Vec<(f64, f64, f64)> = seen
         .iter()
         .filter_map(|seen| {
-            let p_camera = inverse_transform(&truth.x_world_camera, &seen.p_world);
+            let p_camera = inverse_transform(&truth.sight.x_world_camera, &seen.p_world);
             let (u, v) = intrinsics.project(&p_camera)?;
             Some((u, v, intrinsics.fx * seen.radius / p_camera.z))
         })
         .collect();
-    Some(depth_picture_enlarged(&truth.capture.measured, &circles, ENLARGED))
+    Some(depth_picture_enlarged(&truth.measured, &circles, ENLARGED))
 }
 
 /// A colour picture of the present state with the camera's place and field of view, with the sun's shadow and without the sky's.

@@ -1,33 +1,71 @@
 //! Images of a world's wrist camera, with their ground truth.
 
-use orchard_camera::{Capture, FruitView, ImageKey, Scene, Sensor, fruit_views};
-use orchard_geometry::Pose;
+use orchard_camera::{Capture, Exposure, Frame, FruitView, ImageKey, Scene, Sensor, fruit_views};
+use orchard_geometry::{DepthImage, Pose};
 use orchard_multibody::{Data, Motion};
 use orchard_spec::Spec;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
+use std::sync::{Arc, OnceLock};
 
-/// One image of the wrist camera with the truth behind it.
+/// All that an image of the wrist camera depends on: the scene in front of it, before it is drawn.
 #[derive(Debug, Clone)]
-pub struct CameraTruth {
-    /// Frame of the world in which it was taken.
+pub struct Sight {
+    /// Frame of the world in which the image is taken.
     pub frame: u32,
-    /// Measured depth, and true depth, labels and instances.
-    pub capture: Capture,
     /// The scene that it shows.
     pub scene: Scene,
     /// Pose of the optical frame.
     pub x_world_camera: Pose,
-    /// Visible part of each fruit, by fruit index.
-    pub fruit: Vec<FruitView>,
+    key: ImageKey,
+    sensor: Arc<Sensor>,
+}
+
+impl Sight {
+    pub(crate) fn new(sensor: &Arc<Sensor>, scene: Scene, x_world_camera: Pose, key: ImageKey) -> Self {
+        Self { frame: key.frame, scene, x_world_camera, key, sensor: sensor.clone() }
+    }
+
+    /// The exact image that is to be drawn ([`Sensor::exposure`]).
+    pub fn exposure(&self) -> Exposure {
+        self.sensor.exposure(&self.x_world_camera)
+    }
+
+    /// Takes the image, drawn here.
+    pub(crate) fn take(self) -> CameraTruth {
+        let Capture { measured, truth } = self.sensor.capture(&self.scene, &self.x_world_camera, self.key);
+        CameraTruth { measured, sight: self, truth: OnceLock::from(truth), fruit: OnceLock::new() }
+    }
+
+    /// Makes the image of the depths of [`Self::exposure`], drawn elsewhere.
+    pub(crate) fn taken_from(self, seen: &DepthImage) -> CameraTruth {
+        let measured = self.sensor.measure(seen, self.key);
+        CameraTruth { measured, sight: self, truth: OnceLock::new(), fruit: OnceLock::new() }
+    }
+}
+
+/// One image of the wrist camera with the truth behind it, which is drawn when it is asked for.
+#[derive(Debug, Clone)]
+pub struct CameraTruth {
+    /// Measured depth along the optical axis \[m\], 0 without a measurement.
+    pub measured: DepthImage,
+    /// The scene and the camera.
+    pub sight: Sight,
+    truth: OnceLock<Frame>,
+    fruit: OnceLock<Vec<FruitView>>,
 }
 
 impl CameraTruth {
-    /// Takes an image.
-    pub(crate) fn take(sensor: &Sensor, scene: Scene, x_world_camera: Pose, key: ImageKey) -> Self {
-        let capture = sensor.capture(&scene, &x_world_camera, key);
-        let fruit = fruit_views(&capture.truth, &scene, sensor.intrinsics(), &x_world_camera);
-        Self { frame: key.frame, capture, scene, x_world_camera, fruit }
+    /// True depth, labels and instances ([`Capture::truth`]).
+    pub fn truth(&self) -> &Frame {
+        let Sight { sensor, scene, x_world_camera, .. } = &self.sight;
+        self.truth.get_or_init(|| sensor.truth(scene, x_world_camera))
+    }
+
+    /// Visible part of each fruit, by fruit index.
+    pub fn fruit(&self) -> &[FruitView] {
+        let Sight { sensor, scene, x_world_camera, .. } = &self.sight;
+        self.fruit.get_or_init(|| fruit_views(self.truth(), scene, sensor.intrinsics(), x_world_camera))
     }
 }
 

@@ -34,7 +34,7 @@ mod weather_tests;
 mod world;
 
 pub use build::WorldError;
-pub use camera::CameraTruth;
+pub use camera::{CameraTruth, Sight};
 pub use envelope::FORMAT_VERSION;
 pub use event::{Status, WorldEvent};
 pub use identity::Difference;

@@ -1,7 +1,7 @@
 //! A world at one moment, in memory or as the bytes of a file.
 
 use crate::World;
-use crate::camera::{CameraTruth, Flight, Shot};
+use crate::camera::{CameraTruth, Flight, Shot, Sight};
 use crate::envelope;
 use crate::event::{Status, WorldEvent};
 use crate::identity::Identity;
@@ -220,18 +220,18 @@ impl World {
         let sealed = suction.sealed(&self.parts);
         fruit_touches(&self.parts.colliders, report, sealed, &mut state.touches);
         self.state.image = match (&snapshot.image, shot) {
-            (None, Some(shot)) => Some(Arc::new(self.redraw(shot))),
+            (None, Some(shot)) => Some(Arc::new(self.earlier(shot).take())),
             (image, _) => image.clone(),
         };
         Ok(())
     }
 
-    /// Draws the image of an earlier moment.
-    pub(crate) fn redraw(&self, shot: &Shot) -> CameraTruth {
+    /// What the camera saw at an earlier moment.
+    pub(crate) fn earlier(&self, shot: &Shot) -> Sight {
         let mut then = Data::clone(&self.start);
         then.restore_motion(&shot.motion);
         orchard_multibody::forward_kinematics(&self.parts.model, &mut then);
-        self.shoot(&then, shot.frame)
+        self.sight(&then, shot.frame)
     }
 }
 

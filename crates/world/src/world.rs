@@ -3,7 +3,7 @@
 mod visible;
 
 use crate::build::{Parts, WorldError, build};
-use crate::camera::{CameraTruth, Shutter};
+use crate::camera::{CameraTruth, Shutter, Sight};
 use crate::event::{Status, WorldEvent};
 use crate::identity::{Identity, Start};
 use crate::load::WoodLoad;
@@ -11,7 +11,7 @@ use crate::planting::{Appearance, Planting};
 use crate::state::State;
 use orchard_camera::{ImageKey, Sensor};
 use orchard_fruit::{FruitLives, FruitSet};
-use orchard_geometry::{HeightField, Pose};
+use orchard_geometry::{DepthImage, HeightField, Pose};
 use orchard_multibody::{Data, Model, StepReport, accept_overlaps, equilibrium};
 use orchard_robot::{Command, Observation, PictureRequest, RobotHandle, RobotModel, observe};
 use orchard_spec::Spec;
@@ -37,7 +37,7 @@ pub struct World {
     repeat: u32,
     pub(crate) parts: Arc<Parts>,
     pub(crate) identity: Identity,
-    pub(crate) sensor: Sensor,
+    pub(crate) sensor: Arc<Sensor>,
     pub(crate) shutter: Shutter,
     pub(crate) start: Arc<Data>,
     pub(crate) state: State,
@@ -133,7 +133,7 @@ impl World {
         parts.tree.strengthen_to_stand(&parts.model, &data, &spec.wood);
         parts.fruit.strengthen_to_hang(&parts.model, &data);
         accept_overlaps(&mut parts.model, &data);
-        let sensor = Sensor::new(&spec.camera);
+        let sensor = Arc::new(Sensor::new(&spec.camera));
         let shutter = Shutter::new(&spec);
         let state = State::new(&parts, &robot, data.clone(), shutter);
         let identity = Identity::new(&config, &robot, start, repeat, &parts);
@@ -211,9 +211,18 @@ impl World {
     /// [`Observation::depth_time`], the camera's latency ago. The image is the latest one from now on ([`Self::camera_truth`]). Colour pictures
     /// are there in the frames of [`Self::deliver_pictures`].
     pub fn observe(&mut self) -> Observation {
-        let delivered = self.delivered();
+        let delivered = self.delivers().map(Sight::take);
+        self.observe_image(delivered)
+    }
+
+    /// [`Self::observe`] with an image that was drawn elsewhere: the sight of [`Self::delivers`], and the depths of its exposure.
+    pub fn observe_drawn(&mut self, sight: Sight, seen: &DepthImage) -> Observation {
+        self.observe_image(Some(sight.taken_from(seen)))
+    }
+
+    fn observe_image(&mut self, delivered: Option<CameraTruth>) -> Observation {
         if let Some(truth) = &delivered {
-            self.keep_motion(truth.frame);
+            self.keep_motion(truth.sight.frame);
         }
         let observation = self.observation(delivered.as_ref());
         if let Some(truth) = delivered {
@@ -222,10 +231,15 @@ impl World {
         observation
     }
 
+    /// Replaces the latest image by one of the same sight that was drawn elsewhere.
+    pub fn replace_image(&mut self, sight: Sight, seen: &DepthImage) {
+        self.state.image = Some(Arc::new(sight.taken_from(seen)));
+    }
+
     /// Returns the observation of [`Self::observe`] without keeping its image as the latest one. A controller beside a policy uses it, so that
     /// the policy's images stay as they are.
     pub fn peek(&self) -> Observation {
-        self.observation(self.delivered().as_ref())
+        self.observation(self.delivers().map(Sight::take).as_ref())
     }
 
     fn observation(&self, image: Option<&CameraTruth>) -> Observation {
@@ -233,8 +247,8 @@ impl World {
         let pictures = due.map(|request| Arc::new(self.take_pictures(request)));
         let sensed = Observation { pictures, ..self.sense() };
         let Some(truth) = image else { return sensed };
-        let depth_time = f64::from(truth.frame) * self.spec.sim.frame();
-        Observation { depth: Some(truth.capture.measured.clone()), depth_time, ..sensed }
+        let depth_time = f64::from(truth.sight.frame) * self.spec.sim.frame();
+        Observation { depth: Some(truth.measured.clone()), depth_time, ..sensed }
     }
 
     /// Returns the observation of [`Self::observe`] without depth image and pictures, which are not drawn.
@@ -256,14 +270,14 @@ impl World {
         self.shutter.taken(self.state.frame.saturating_add(frames)).is_some()
     }
 
-    /// The image that the camera delivers now, if any.
-    pub(crate) fn delivered(&self) -> Option<CameraTruth> {
+    /// The image that the camera delivers now, if any, before it is drawn.
+    pub fn delivers(&self) -> Option<Sight> {
         let State { data, flight, frame, .. } = &self.state;
         let taken = self.shutter.taken(*frame)?;
         if taken == *frame {
-            Some(self.shoot(data, taken))
+            Some(self.sight(data, taken))
         } else {
-            flight.taken_in(taken).map(|shot| self.redraw(shot))
+            flight.taken_in(taken).map(|shot| self.earlier(shot))
         }
     }
 
@@ -279,11 +293,11 @@ impl World {
         }
     }
 
-    /// Takes a depth image of a state.
-    pub(crate) fn shoot(&self, data: &Data, frame: u32) -> CameraTruth {
+    /// What the camera sees in a state.
+    pub(crate) fn sight(&self, data: &Data, frame: u32) -> Sight {
         let x_world_camera = self.parts.handle.x_world_camera(data);
         let Start { seed, world, .. } = self.identity.start;
-        CameraTruth::take(&self.sensor, self.scene_of(data), x_world_camera, ImageKey { seed, world, frame })
+        Sight::new(&self.sensor, self.scene_of(data), x_world_camera, ImageKey { seed, world, frame })
     }
 
     /// Pose of the wrist camera's optical frame.

@@ -1,6 +1,6 @@
 //! Buffers of images on the device, which grow with what is drawn.
 
-use wgpu::{BufferUsages, ComputePipeline};
+use wgpu::BufferUsages;
 
 use super::pipelines::ImagePipelines;
 use super::solids::WORDS;
@@ -68,6 +68,14 @@ impl Sizes {
     }
 }
 
+/// Workgroups that draw some views: of the kernels `bound` and `draw`, for each view as many as the largest one needs.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Groups {
+    pub views: usize,
+    pub bound: usize,
+    pub tiles: usize,
+}
+
 /// One buffer for each binding, and one to read from.
 #[derive(Debug)]
 pub(super) struct Buffers {
@@ -117,17 +125,15 @@ impl Buffers {
         Self { sizes, views, solids, corners, depths, items, staging, bindings }
     }
 
-    /// Records a pass with a number of workgroups for each view.
-    pub fn run(
-        &self,
-        encoder: &mut wgpu::CommandEncoder,
-        kernel: &ComputePipeline,
-        groups: usize,
-        views: usize,
-    ) {
-        let mut pass = encoder.begin_compute_pass(&Default::default());
-        pass.set_bind_group(0, &self.bindings, &[]);
-        pass.set_pipeline(kernel);
-        pass.dispatch_workgroups(groups as u32, views as u32, 1);
+    /// Records the drawing of the views.
+    pub fn record(&self, encoder: &mut wgpu::CommandEncoder, pipelines: &ImagePipelines, groups: Groups) {
+        for (kernel, count) in [(&pipelines.bound, groups.bound), (&pipelines.draw, groups.tiles)] {
+            if count > 0 {
+                let mut pass = encoder.begin_compute_pass(&Default::default());
+                pass.set_bind_group(0, &self.bindings, &[]);
+                pass.set_pipeline(kernel);
+                pass.dispatch_workgroups(count as u32, groups.views as u32, 1);
+            }
+        }
     }
 }

@@ -9,7 +9,7 @@ use orchard_geometry::{DepthImage, Image};
 use rayon::prelude::*;
 
 use crate::device::{Gpu, GpuError};
-use buffers::{Buffers, Header, PIXEL_BYTES, SOLID_BYTES, Sizes};
+use buffers::{Buffers, Groups, Header, PIXEL_BYTES, SOLID_BYTES, Sizes};
 use pipelines::{BOUND_THREADS, TILE};
 use solids::{Meshes, WORDS};
 
@@ -37,6 +37,7 @@ pub struct View<'a> {
 pub struct ImageBatch {
     gpu: Gpu,
     buffers: Option<Buffers>,
+    groups: Groups,
 }
 
 /// Solids of some successive views.
@@ -49,7 +50,7 @@ struct Packed {
 impl ImageBatch {
     /// Makes a batch without memory; it grows with what is drawn.
     pub fn new(gpu: &Gpu) -> Self {
-        Self { gpu: gpu.clone(), buffers: None }
+        Self { gpu: gpu.clone(), buffers: None, groups: Groups::default() }
     }
 
     /// Memory on the device \[bytes\].
@@ -86,6 +87,21 @@ impl ImageBatch {
         })
     }
 
+    /// Draws the views of the latest call again, a number of times, and waits for the device; nothing is sent or read. It tells the speed of the device alone.
+    ///
+    /// # Errors
+    /// The device was lost.
+    pub fn draw_again(&self, times: usize) -> Result<(), GpuError> {
+        let Some(buffers) = &self.buffers else { return Ok(()) };
+        let pipelines = self.gpu.image_pipelines();
+        for _ in 0..times {
+            let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+            buffers.record(&mut encoder, pipelines, self.groups);
+            self.gpu.queue.submit([encoder.finish()]);
+        }
+        self.gpu.wait()
+    }
+
     /// Draws images in parts that fit, and makes something of the depths and items of each.
     fn draw<T: Send>(
         &mut self,
@@ -110,15 +126,20 @@ impl ImageBatch {
             });
             let count = sums.take(most_views).take_while(|sum| *sum <= AT_ONCE.min(most)).count().max(1);
             let (now, later) = left.split_at(count);
-            self.submit(now, wants_items, most)?;
-            self.read(now, wants_items, &make, &mut made)?;
+            let submitted = self.submit(now, wants_items, most)?;
+            self.read(now, wants_items, submitted, &make, &mut made)?;
             left = later;
         }
         Ok(made)
     }
 
     /// Sends views to the device and draws them.
-    fn submit(&mut self, views: &[View<'_>], wants_items: bool, most: usize) -> Result<(), GpuError> {
+    fn submit(
+        &mut self,
+        views: &[View<'_>],
+        wants_items: bool,
+        most: usize,
+    ) -> Result<wgpu::SubmissionIndex, GpuError> {
         let meshes = Meshes::of(views.iter().map(|view| view.scene));
         let packed: Vec<Packed> = views.par_chunks(PACKED).map(|views| pack(views, &meshes)).collect();
         let (mut headers, mut solids, mut pixels) = (Vec::with_capacity(views.len()), 0, 0);
@@ -149,22 +170,18 @@ impl ImageBatch {
             queue.write_buffer(&buffers.solids, at as u64, bytemuck::cast_slice(&packed.solids));
         });
         let most_solids = headers.iter().map(|header| header.count as usize).max().unwrap_or(0);
-        let most_tiles = views.iter().map(|view| tiles(size_of_view(view))).max().unwrap_or(0);
+        let tiles = views.iter().map(|view| tiles(size_of_view(view))).max().unwrap_or(0);
+        self.groups = Groups { views: views.len(), bound: most_solids.div_ceil(BOUND_THREADS), tiles };
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        if most_solids > 0 {
-            buffers.run(&mut encoder, &pipelines.bound, most_solids.div_ceil(BOUND_THREADS), views.len());
-        }
-        if most_tiles > 0 {
-            buffers.run(&mut encoder, &pipelines.draw, most_tiles, views.len());
-        }
+        buffers.record(&mut encoder, pipelines, self.groups);
         let bytes = (PIXEL_BYTES * pixels) as u64;
         encoder.copy_buffer_to_buffer(&buffers.depths, 0, &buffers.staging, 0, bytes);
         if wants_items {
             encoder.copy_buffer_to_buffer(&buffers.items, 0, &buffers.staging, bytes, bytes);
         }
-        queue.submit([encoder.finish()]);
+        let submitted = queue.submit([encoder.finish()]);
         self.buffers = Some(buffers);
-        Ok(())
+        Ok(submitted)
     }
 
     /// Reads what was drawn.
@@ -172,6 +189,7 @@ impl ImageBatch {
         &self,
         views: &[View<'_>],
         wants_items: bool,
+        submitted: wgpu::SubmissionIndex,
         make: impl Fn(&View<'_>, &[f32], &[u32]) -> T + Sync,
         made: &mut Vec<T>,
     ) -> Result<(), GpuError> {
@@ -181,12 +199,12 @@ impl ImageBatch {
         let empty: &[u32] = &[];
         if pixels == 0 {
             made.extend(views.iter().map(|view| make(view, &[], empty)));
-            return self.gpu.wait();
+            return self.gpu.wait_for(Some(submitted));
         }
         let slice = buffers.staging.slice(..(kinds * PIXEL_BYTES * pixels) as u64);
         // A lost device is reported by the wait.
         slice.map_async(wgpu::MapMode::Read, |_| {});
-        self.gpu.wait()?;
+        self.gpu.wait_for(Some(submitted))?;
         let mapped = slice.get_mapped_range().map_err(|e| GpuError::Lost(e.to_string()))?;
         let (depths, items) = mapped.split_at(PIXEL_BYTES * pixels);
         let (depths, items): (&[f32], &[u32]) = (bytemuck::cast_slice(depths), bytemuck::cast_slice(items));

@@ -3,6 +3,8 @@
 pub mod env;
 #[cfg(feature = "gpu")]
 mod env_gpu;
+#[cfg(feature = "gpu")]
+mod images;
 
 use std::path::PathBuf;
 
@@ -13,7 +15,8 @@ use crate::rows::{Effort, Suite, run_suite};
 #[derive(clap::Args)]
 #[command(
     after_help = "Suites:\n  env      control steps of Harvest-v1 per second of one core, and memory of a world\n  \
-                  env-gpu  control steps of Reach-v1 per second with worlds on a graphics device\n\n\
+                  env-gpu  control steps of Reach-v1 per second with worlds on a graphics device\n  \
+                  images   depth images of many trees per second on a graphics device\n\n\
                   Rows of env (actions of 0.1 s drawn from their whole range; medians of rounds of processor time):\n  \
                   env.state          from state, camera off\n  \
                   env.depth          with a depth image in every step (camera paper at 10 Hz)\n  \
@@ -24,7 +27,7 @@ use crate::rows::{Effort, Suite, run_suite};
                   Example:\n  orchard perf env --json env.json"
 )]
 pub struct Args {
-    /// Suite to measure: env or env-gpu
+    /// Suite to measure: env, env-gpu or images
     suite: String,
     /// JSON file for the rows
     #[arg(long, value_name = "FILE")]
@@ -49,6 +52,12 @@ const SUITES: &[Suite] = &[
         name: "env-gpu",
         about: "control steps of the learning environments per second with worlds on a graphics device",
         measure: env_gpu::measure,
+    },
+    #[cfg(feature = "gpu")]
+    Suite {
+        name: "images",
+        about: "depth images of many trees per second on a graphics device",
+        measure: images::measure,
     },
 ];
 

@@ -115,7 +115,7 @@ fn wrist_picture(world: &World, observation: &Observation, picker: &impl Control
     let intrinsics = observation.intrinsics;
     let scale = (WIDTH / intrinsics.width.max(1)).max(1);
     let x_world_camera =
-        world.camera_truth().map_or_else(|| world.x_world_camera(), |truth| truth.x_world_camera);
+        world.camera_truth().map_or_else(|| world.x_world_camera(), |truth| truth.sight.x_world_camera);
     let x_odom_camera = world.x_world_odom().inverse() * x_world_camera;
     let seen = picker.record().images.last().map_or(&[][..], |image| &image.detections);
     let circles: Vec<(f64, f64, f64)> = seen

@@ -54,7 +54,7 @@ impl<S: Simulated> BenchWorld for S {
     }
 
     fn visible_fruit(&self) -> Vec<VisibleFruit> {
-        let views = self.world().camera_truth().map_or(&[][..], |truth| &truth.fruit);
+        let views = self.world().camera_truth().map_or(&[][..], |truth| truth.fruit());
         let seen = views.iter().filter(|view| view.visible_px > 0);
         seen.map(|view| VisibleFruit { fruit: view.instance, pixels: view.visible_px }).collect()
     }

@@ -220,7 +220,7 @@ impl Viewer {
     /// Brings detections and pictures of the wrist camera up to date with its latest image.
     fn look_through_wrist(&mut self, ui: &Ui) {
         let world = self.stage.session().world();
-        let frame = world.camera_truth().map(|truth| truth.frame);
+        let frame = world.camera_truth().map(|truth| truth.sight.frame);
         let wants_seen = self.overlays.has(Overlay::Detections);
         if !wants_seen {
             (self.seen_frame, self.seen) = (None, Vec::new());

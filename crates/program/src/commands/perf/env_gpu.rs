@@ -5,6 +5,7 @@ use std::time::Instant;
 use orchard_env::{Backend, Settings, Task, TaskEnv};
 use orchard_policy::Spaces;
 use orchard_scenario::Scenario;
+use orchard_spec::camera::CameraSpec;
 use orchard_spec::{Purpose, Stream};
 
 use crate::rows::{Effort, Measured, Rounds, Row};
@@ -17,53 +18,101 @@ const CONTROL_HZ: u32 = 20;
 const TARGET: f64 = 500_000.0;
 const TARGET_ENVS: u32 = 4096;
 
-/// Measures environments by their number. The actions keep the base in place and move the arm at random, so that hands meet the canopy.
+/// Side of the square depth images \[px\].
+const SIDE: u32 = 128;
+/// Target: steps a second with a depth image each, with as many environments.
+const DEPTH_TARGET: f64 = 250_000.0;
+
+/// Measures environments by their number, from state and with depth images. The actions keep the base in place and move the arm at random, so that hands meet the canopy. Those with images run on the processor alone
+/// besides, for comparison.
 pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
     let (numbers, rounds, steps): (&[u32], u32, u32) = match effort {
         Effort::Full => (&[512, 4096], 5, 10),
         Effort::Quick => (&[2], 1, 1),
     };
+    let (state, depth) = (Scenario::of(&[])?, with_square_camera()?);
     let mut rows = Vec::new();
     for &envs in numbers {
-        let spaces = Spaces { control_hz: CONTROL_HZ, ..Spaces::default() };
-        let settings = Settings { spaces, backend: Backend::Gpu, ..Settings::of(Task::Reach) };
-        let mut env = TaskEnv::new(&Scenario::of(&[])?, &settings, 0..envs)?;
-        let (all, mut draws) = (vec![true; envs as usize], Stream::new(SEED, 0, Purpose::Test));
-        let size = env.interface().policy.action.len();
-        let start = Instant::now();
-        env.reset(&vec![Some(SEED); envs as usize], &all)?;
-        let reset = start.elapsed().as_secs_f64() / f64::from(envs);
-        let mut rates = Vec::new();
-        // The first round warms up.
-        for round in 0..=rounds {
-            let start = Instant::now();
-            for _ in 0..steps {
-                let actions: Vec<f32> =
-                    (0..envs as usize * size).map(|_| draws.uniform(-1.0, 1.0) as f32).collect();
-                let goes_on: Vec<bool> = (0..envs as usize)
-                    .map(|k| !(env.report(k).terminated || env.report(k).truncated))
-                    .collect();
-                env.step(&actions, &goes_on)?;
-            }
-            if round > 0 {
-                rates.push(f64::from(envs * steps) / start.elapsed().as_secs_f64());
-            }
-        }
-        let (rates, name) = (Rounds::new(rates), format!("env.gpu_{envs}"));
-        let share = env.tally().map_or(0.0, |tally| tally.share_on_device());
-        let note = format!(
-            "Reach-v1 from state at {CONTROL_HZ} Hz, distinct trees; {:.1} % of the frames on the device: {:?}",
-            100.0 * share,
-            env.tally().map(|tally| tally.frames).unwrap_or_default()
-        );
-        let row = Row::measured(&name, rates.median(), "steps/s");
-        let row = if envs == TARGET_ENVS { row.at_least(TARGET) } else { row };
-        rows.push(Row { spread: Some(rates.spread()), note: Some(note), ..row });
-        let row = Row::measured(&format!("{name}.reset"), reset, "s");
-        rows.push(Row {
-            note: Some("wall time of a reset that grows a new tree, a world".to_owned()),
-            ..row
-        });
+        let is_many = envs == TARGET_ENVS;
+        let case = Case { scenario: &state, depth: false, backend: Backend::Gpu, envs, rounds, steps };
+        let target = is_many.then_some(TARGET);
+        rows.extend(rows_of(&format!("env.gpu_{envs}"), &case, target)?);
+        let case = Case { scenario: &depth, depth: true, ..case };
+        let target = is_many.then_some(DEPTH_TARGET);
+        rows.extend(rows_of(&format!("env.gpu_depth_{envs}"), &case, target)?);
     }
+    let envs = numbers[0];
+    let case = Case { scenario: &depth, depth: true, backend: Backend::Cpu, envs, rounds, steps };
+    rows.extend(rows_of(&format!("env.cpu_depth_{envs}"), &case, None)?);
     Ok(rows.into())
+}
+
+/// The paper's scenario with a square depth image for each action.
+fn with_square_camera() -> anyhow::Result<Scenario> {
+    let paper = Scenario::of(&[])?;
+    let mut spec = (**paper.spec()).clone();
+    if let CameraSpec::Paper(camera) = &mut spec.camera {
+        let view = &mut camera.view;
+        view.rate = view.rate.with_value(f64::from(CONTROL_HZ)).map_err(anyhow::Error::msg)?;
+        view.width = view.width.with_value(SIDE).map_err(anyhow::Error::msg)?;
+        view.height = view.height.with_value(SIDE).map_err(anyhow::Error::msg)?;
+    }
+    Ok(paper.with_spec(spec))
+}
+
+/// Environments whose steps are timed.
+struct Case<'a> {
+    scenario: &'a Scenario,
+    depth: bool,
+    backend: Backend,
+    envs: u32,
+    rounds: u32,
+    /// Steps of a round.
+    steps: u32,
+}
+
+fn rows_of(name: &str, case: &Case<'_>, target: Option<f64>) -> anyhow::Result<[Row; 2]> {
+    let Case { envs, steps, .. } = *case;
+    let spaces = Spaces { control_hz: CONTROL_HZ, depth: case.depth, ..Spaces::default() };
+    let settings = Settings { spaces, backend: case.backend, ..Settings::of(Task::Reach) };
+    let mut env = TaskEnv::new(case.scenario, &settings, 0..envs)?;
+    let (all, mut draws) = (vec![true; envs as usize], Stream::new(SEED, 0, Purpose::Test));
+    let size = env.interface().policy.action.len();
+    let start = Instant::now();
+    env.reset(&vec![Some(SEED); envs as usize], &all)?;
+    let reset = start.elapsed().as_secs_f64() / f64::from(envs);
+    let mut rates = Vec::new();
+    // The first round warms up.
+    for round in 0..=case.rounds {
+        let start = Instant::now();
+        for _ in 0..steps {
+            let actions: Vec<f32> =
+                (0..envs as usize * size).map(|_| draws.uniform(-1.0, 1.0) as f32).collect();
+            let goes_on: Vec<bool> = (0..envs as usize)
+                .map(|k| !(env.report(k).terminated || env.report(k).truncated))
+                .collect();
+            env.step(&actions, &goes_on)?;
+        }
+        if round > 0 {
+            rates.push(f64::from(envs * steps) / start.elapsed().as_secs_f64());
+        }
+    }
+    let rates = Rounds::new(rates);
+    let seen = if case.depth {
+        format!("with a {SIDE} x {SIDE} depth image in every step")
+    } else {
+        "from state".to_owned()
+    };
+    let place = env.tally().map_or("on the processor".to_owned(), |tally| {
+        format!("{:.1} % of the frames on the device: {:?}", 100.0 * tally.share_on_device(), tally.frames)
+    });
+    let note = format!("Reach-v1 {seen} at {CONTROL_HZ} Hz, distinct trees; {place}");
+    let row = Row::measured(name, rates.median(), "steps/s");
+    let row = target.map_or(row.clone(), |target| row.at_least(target));
+    let resets = Row::measured(&format!("{name}.reset"), reset, "s");
+    let of_reset = "wall time of a reset that grows a new tree, a world".to_owned();
+    Ok([
+        Row { spread: Some(rates.spread()), note: Some(note), ..row },
+        Row { note: Some(of_reset), ..resets },
+    ])
 }

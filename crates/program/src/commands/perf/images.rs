@@ -1,0 +1,126 @@
+//! Suite `images`: depth images of many trees at once on a graphics device.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use orchard_camera::picture::look_at;
+use orchard_camera::{Exposure, ImageKey, Scene, Sensor};
+use orchard_geometry::{Intrinsics, Vec3};
+use orchard_gpu::{Choice, Gpu, ImageBatch, View};
+use orchard_robot::RobotModel;
+use orchard_spec::{Preset, Spec};
+use orchard_world::World;
+use rayon::prelude::*;
+
+use crate::rows::{Effort, Measured, Rounds, Row};
+
+/// Seed of the trees.
+const SEED: u64 = 20250704;
+/// Columns and rows of the small images, and their vertical field of view \[rad\].
+const SIDE: usize = 128;
+const FOV: f64 = 1.0;
+/// Distance and height of the camera from the trunk's foot \[m\]; it stands where a robot's wrist is at work.
+const DISTANCE: f64 = 0.9;
+const HEIGHT: f64 = 1.2;
+/// Targets on one card \[images/s\]: small images, and those of a stereo camera with its noise.
+const SMALL: f64 = 400_000.0;
+const STEREO: f64 = 15_000.0;
+/// Times that the device draws in a round without being read.
+const AGAIN: usize = 10;
+
+/// Measures images of distinct trees with leaves, fruit and a robot; each is seen from a place of its own.
+pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
+    let (trees, small, stereo, rounds) = match effort {
+        Effort::Full => (1024, 4096, 512, 5),
+        Effort::Quick => (2, 4, 2, 1),
+    };
+    let gpu = Gpu::open(Choice::Any)?;
+    let (spec, robot) = (Arc::new(Spec::preset(Preset::Paper)), Arc::new(RobotModel::paper()));
+    let scenes: Result<Vec<Scene>, _> = (0..trees)
+        .into_par_iter()
+        .map(|tree| World::new(spec.clone(), robot.clone(), SEED, tree).map(|world| world.scene()))
+        .collect();
+    let scenes = scenes?;
+    let place = |k: usize| {
+        let angle = std::f64::consts::TAU * k as f64 / small as f64;
+        let (sin, cos) = orchard_geometry::math::sin_cos(angle);
+        look_at(&Vec3::new(DISTANCE * cos, DISTANCE * sin, HEIGHT), &Vec3::new(0.0, 0.0, HEIGHT))
+    };
+    let mut rows = Vec::new();
+    let items = scenes.iter().map(|scene| scene.items.len()).sum::<usize>() / scenes.len();
+    let intrinsics = Intrinsics::from_vertical_fov(SIDE, SIDE, FOV);
+    let views: Vec<View<'_>> = (0..small)
+        .map(|k| View {
+            scene: &scenes[k % scenes.len()],
+            exposure: Exposure { intrinsics, x_world_camera: place(k), near: 0.1, far: 3.0 },
+        })
+        .collect();
+    let note = format!("{small} images {SIDE} x {SIDE} of {trees} trees, {items} items each");
+    rows.extend(rows_of(&gpu, "images.depth_128", &views, rounds, &note, SMALL, false)?);
+    rows.extend(rows_of(&gpu, "images.labels_128", &views, rounds, &note, SMALL, true)?);
+    let sensor = Sensor::new(&spec_of("d435i")?);
+    let views: Vec<View<'_>> = (0..stereo)
+        .map(|k| View { scene: &scenes[k % scenes.len()], exposure: sensor.exposure(&place(k)) })
+        .collect();
+    let note = format!("{stereo} images of d435i, {} x {}", sensor.intrinsics().width, sensor.intrinsics().height);
+    rows.extend(rows_of(&gpu, "images.d435i_exact", &views, rounds, &note, STEREO, false)?);
+    let (mut batch, mut rates) = (ImageBatch::new(&gpu), Vec::new());
+    for round in 0..=rounds {
+        let start = Instant::now();
+        let seen = batch.depths(&views)?;
+        let noisy = seen.par_iter().enumerate().map(|(frame, seen)| {
+            let measured = sensor.measure(seen, ImageKey { seed: SEED, world: 0, frame: frame as u32 });
+            measured.pixels().iter().filter(|z| **z > 0.0).count()
+        });
+        std::hint::black_box(noisy.sum::<usize>());
+        if round > 0 {
+            rates.push(stereo as f64 / start.elapsed().as_secs_f64());
+        }
+    }
+    let rates = Rounds::new(rates);
+    let row = Row::measured("images.d435i", rates.median(), "images/s").at_least(STEREO);
+    let note = format!("{note}: drawn on the device, noise on the processor, all included");
+    rows.push(Row { spread: Some(rates.spread()), note: Some(note), ..row });
+    Ok(rows.into())
+}
+
+fn spec_of(camera: &str) -> anyhow::Result<orchard_spec::camera::CameraSpec> {
+    let scenario = orchard_scenario::Scenario::of(&[("camera", camera)])?;
+    Ok(scenario.spec().camera.clone())
+}
+
+/// Rows of the device alone, and of all from scenes to images in memory.
+fn rows_of(
+    gpu: &Gpu,
+    name: &str,
+    views: &[View<'_>],
+    rounds: usize,
+    note: &str,
+    target: f64,
+    labels: bool,
+) -> anyhow::Result<[Row; 2]> {
+    let mut batch = ImageBatch::new(gpu);
+    let (mut whole, mut alone) = (Vec::new(), Vec::new());
+    // The first round warms up.
+    for round in 0..=rounds {
+        let start = Instant::now();
+        let drawn = if labels { batch.frames(views)?.len() } else { batch.depths(views)?.len() };
+        let took = start.elapsed().as_secs_f64();
+        let start = Instant::now();
+        batch.draw_again(AGAIN)?;
+        let took_alone = start.elapsed().as_secs_f64() / AGAIN as f64;
+        if round > 0 {
+            whole.push(drawn as f64 / took);
+            alone.push(drawn as f64 / took_alone);
+        }
+    }
+    let row = |name: &str, rates: Vec<f64>, what: &str| {
+        let rates = Rounds::new(rates);
+        let row = Row::measured(name, rates.median(), "images/s");
+        Row { spread: Some(rates.spread()), note: Some(format!("{note}; {what}")), ..row }
+    };
+    Ok([
+        row(&format!("{name}.device"), alone, "on the device alone").at_least(target),
+        row(name, whole, "from scenes in the processor's memory to images there"),
+    ])
+}
