@@ -73,7 +73,7 @@ fn images_are_those_of_the_cpu() {
         return;
     }
     let (mut here, mut there) = (seeing(Backend::Cpu, 2), seeing(Backend::Gpu, 2));
-    let field = here.interface().policy.observation.iter().position(|field| field.name == "depth").unwrap();
+    let field = here.interface().policy.observation.iter().position(|field| field.key == "depth").unwrap();
     let image = |env: &TaskEnv, k: usize| match &env.observation(k)[field] {
         Values::F32(depth) => depth.clone(),
         other => panic!("{other:?}"),

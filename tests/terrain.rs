@@ -283,7 +283,7 @@ fn the_camera_sees_the_ground_where_it_is() {
         let truth = world.camera_truth().unwrap();
         let (near, far) = world.spec().camera.range();
         let mut whole = Frame::new(intrinsics.width, intrinsics.height);
-        render(&truth.sight.scene, &intrinsics, &x_world_camera, near, 1e6, &mut whole);
+        render(&truth.sight.scene(), &intrinsics, &x_world_camera, near, 1e6, &mut whole);
         let in_range = |z: &f32| if f64::from(*z) <= far { *z } else { 0.0 };
         let expected: Vec<f32> = whole.depth.pixels().iter().map(in_range).collect();
         assert!(depth.pixels() == expected, "seed {seed}");

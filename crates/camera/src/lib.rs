@@ -9,6 +9,7 @@ pub mod picture;
 
 mod bounds;
 mod depth;
+mod moving;
 mod primitive;
 mod raster;
 mod scene;
@@ -17,6 +18,7 @@ mod solid;
 mod visibility;
 
 pub use depth::{Frame, render};
+pub use moving::MovingScene;
 pub use scene::{Geometry, Item, Label, NO_INSTANCE, Rgb, Scene, Tint};
 pub use sensor::{Capture, Exposure, ImageKey, Sensor};
 pub use solid::Solid;

@@ -168,14 +168,14 @@ impl Mover {
         Ok(())
     }
 
-    /// Returns the observation of each world, with the images that cameras deliver now; each image is its world's latest from now on.
+    /// Returns the observation of each world, which is given with its lane, with the images that cameras deliver now; each image is its world's latest from now on.
     ///
     /// # Errors
     /// The device has no room for the images, or was lost.
     #[cfg_attr(not(feature = "gpu"), expect(clippy::unnecessary_wraps))]
-    pub fn observe(&mut self, worlds: &mut [&mut World]) -> Result<Vec<Observation>, EnvError> {
+    pub fn observe(&mut self, worlds: &mut [(usize, &mut World)]) -> Result<Vec<Observation>, EnvError> {
         match self {
-            Self::Cpu => Ok(worlds.par_iter_mut().map(|world| world.observe()).collect()),
+            Self::Cpu => Ok(worlds.par_iter_mut().map(|(_, world)| world.observe()).collect()),
             #[cfg(feature = "gpu")]
             Self::Gpu(Device { eyes, .. }) => eyes.observe(worlds).map_err(|e| device(&e)),
         }
@@ -186,7 +186,7 @@ impl Mover {
     /// # Errors
     /// As [`Self::observe`].
     #[cfg_attr(not(feature = "gpu"), expect(unused_variables, clippy::unnecessary_wraps))]
-    pub fn look_again(&mut self, worlds: &mut [&mut World]) -> Result<(), EnvError> {
+    pub fn look_again(&mut self, worlds: &mut [(usize, &mut World)]) -> Result<(), EnvError> {
         match self {
             Self::Cpu => Ok(()),
             #[cfg(feature = "gpu")]

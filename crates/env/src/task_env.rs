@@ -136,11 +136,12 @@ impl TaskEnv {
         if mover.is_cpu() || !shared.interface.policy.spaces.depth {
             return Ok(());
         }
-        let mut chosen: Vec<&mut Slot> =
-            slots.iter_mut().zip(mask).filter(|(_, chosen)| **chosen).map(|(slot, _)| slot).collect();
-        let mut worlds: Vec<_> = chosen.iter_mut().filter_map(|slot| slot.world_mut()).collect();
+        let each = slots.iter_mut().zip(mask).enumerate().filter(|(_, (_, chosen))| **chosen);
+        let mut chosen: Vec<(usize, &mut Slot)> = each.map(|(lane, (slot, _))| (lane, slot)).collect();
+        let worlds = chosen.iter_mut().filter_map(|(lane, slot)| Some((*lane, slot.world_mut()?)));
+        let mut worlds: Vec<_> = worlds.collect();
         mover.look_again(&mut worlds)?;
-        chosen.par_iter_mut().for_each(|slot| slot.look(shared));
+        chosen.par_iter_mut().for_each(|(_, slot)| slot.look(shared));
         Ok(())
     }
 

@@ -110,7 +110,7 @@ impl Env {
     /// # Errors
     /// The device that draws the images has no room, or was lost.
     pub fn observe(&mut self) -> Result<Vec<Observation>, EnvError> {
-        self.mover.observe(&mut self.worlds.iter_mut().collect::<Vec<_>>())
+        self.mover.observe(&mut self.worlds.iter_mut().enumerate().collect::<Vec<_>>())
     }
 
     /// Advances every world one frame under its command; returns each world's events.

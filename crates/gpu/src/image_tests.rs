@@ -4,14 +4,14 @@ use std::sync::Arc;
 
 use orchard_camera::blade::BladeMesh;
 use orchard_camera::picture::look_at;
-use orchard_camera::{Exposure, Frame, Geometry, Item, Label, NO_INSTANCE, Scene};
+use orchard_camera::{Exposure, Frame, Geometry, Item, Label, MovingScene, NO_INSTANCE, Scene};
 use orchard_geometry::{ConvexHull, HeightField, Intrinsics, Pose, Rotation, Shape, Vec3, rotation_from_z};
 use orchard_robot::RobotModel;
 use orchard_spec::{Preset, Purpose, Spec, Stream};
 use orchard_world::World;
 
 use crate::device::{Choice, Gpu, GpuError};
-use crate::images::{ImageBatch, View};
+use crate::images::{ImageBatch, Subject, View};
 use crate::testing::device;
 
 /// Largest difference of the depths of one surface, over the depth.
@@ -26,9 +26,9 @@ fn exposure(width: usize, height: usize, fov: f64, x_world_camera: Pose, (near, 
 
 /// Compares an image of the device with that of the processor; returns the number of pixels that show something, and of those at silhouettes where both differ. A pixel may differ only if the processor's ray
 /// moved by [`BESIDE`] shows what the device has, or if both show surfaces at one depth.
-fn compare(view: &View<'_>, device: &Frame) -> (usize, usize) {
-    let here = view.exposure.draw(view.scene);
-    let k = view.exposure.intrinsics;
+fn compare(scene: &Scene, exposure: &Exposure, device: &Frame) -> (usize, usize) {
+    let here = exposure.draw(scene);
+    let k = exposure.intrinsics;
     let agrees = |frame: &Frame, i: usize| {
         let (a, b) = (device.depth.pixels()[i], frame.depth.pixels()[i]);
         let is_same = device.label.pixels()[i] == frame.label.pixels()[i]
@@ -45,7 +45,7 @@ fn compare(view: &View<'_>, device: &Frame) -> (usize, usize) {
         if around.is_empty() {
             let moved = [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)].map(|(u, v)| {
                 let intrinsics = Intrinsics { cx: k.cx + BESIDE * u, cy: k.cy + BESIDE * v, ..k };
-                Exposure { intrinsics, ..view.exposure }.draw(view.scene)
+                Exposure { intrinsics, ..*exposure }.draw(scene)
             });
             around.extend(moved);
         }
@@ -53,9 +53,12 @@ fn compare(view: &View<'_>, device: &Frame) -> (usize, usize) {
         let of = |frame: &Frame| (frame.depth.pixels()[i], frame.label.pixels()[i], frame.instance.pixels()[i]);
         // Two surfaces at one depth, such as the balls at a joint of wood: either is right.
         let is_shown = |item: &&Item| (item.label, item.instance) == (of(device).1, of(device).2);
-        let alone = Scene { items: view.scene.items.iter().filter(is_shown).cloned().collect() };
-        let is_there = || agrees(&view.exposure.draw(&alone), i) && (of(device).0 - of(&here).0).abs() <= TOLERANCE;
-        let explained = around.iter().any(|frame| agrees(frame, i)) || is_there();
+        let alone = Scene { items: scene.items.iter().filter(is_shown).cloned().collect() };
+        let is_there = || agrees(&exposure.draw(&alone), i) && (of(device).0 - of(&here).0).abs() <= TOLERANCE;
+        // A surface seen at a glancing angle: its depth is between those beside.
+        let zs = || around.iter().filter(|f| of(f).1 == of(device).1 && of(f).2 == of(device).2).map(|f| of(f).0);
+        let is_between = zs().any(|z| z <= of(device).0) && zs().any(|z| z >= of(device).0);
+        let explained = is_between || around.iter().any(|frame| agrees(frame, i)) || is_there();
         assert!(explained, "({u}, {v}): {:?} on the device, {:?} here", of(device), of(&here));
         beside += 1;
     }
@@ -81,18 +84,61 @@ fn images_of_worlds_are_those_of_the_processor() {
             exposure(128, 128, 1.2, a, (0.3, 3.0)),
             exposure(65, 33, 2.2, b, (0.0, f64::INFINITY)),
         ] {
-            views.push(View { scene, exposure });
+            views.push(View { subject: Subject::Scene(scene), exposure });
         }
     }
     let frames = ImageBatch::new(&gpu).frames(&views).unwrap();
     let (mut valid, mut beside) = (0, 0);
     for (view, frame) in views.iter().zip(&frames) {
-        let (shown, differ) = compare(view, frame);
+        let Subject::Scene(scene) = view.subject else { unreachable!() };
+        let (shown, differ) = compare(scene, &view.exposure, frame);
         (valid, beside) = (valid + shown, beside + differ);
     }
     assert!(valid > 40_000 && beside * 1000 <= valid, "{beside} of {valid}");
     let depths = ImageBatch::new(&gpu).depths(&views).unwrap();
     assert!(frames.iter().zip(&depths).all(|(frame, depth)| frame.depth == *depth));
+}
+
+/// A scene that the device keeps is shown as its bodies stand; a place takes another scene, and more places or a larger scene move all others.
+#[test]
+fn kept_scenes_are_drawn_as_their_bodies_stand() {
+    let Some(gpu) = device() else { return };
+    let mut rng = Stream::new(7, 0, Purpose::Test);
+    let mut batch = ImageBatch::new(&gpu);
+    let k = Intrinsics { width: 48, height: 40, fx: 30.0, fy: 41.0, cx: 20.3, cy: 22.8 };
+    let (mut valid, mut beside) = (0, 0);
+    for round in 0..12 {
+        let places = [2, 0, round % 5];
+        let scenes = places.map(|place| {
+            let mut moving = MovingScene::default();
+            for body in 0..1 + round as u32 {
+                moving.extend(body, shapes(&mut rng).items);
+            }
+            let moving = Arc::new(moving);
+            batch.keep(place, &moving);
+            moving
+        });
+        // The last scene of a place counts.
+        let last = |i: usize| places.iter().rposition(|place| *place == places[i]).unwrap();
+        let poses: Vec<Vec<Pose>> = (0..3)
+            .map(|_| {
+                let pose = |_| Pose::from_parts((direction(&mut rng) * 0.5).into(), rotation(&mut rng));
+                (0..=round).map(pose).collect()
+            })
+            .collect();
+        let x_world_camera = Pose::from_parts((0.2 * direction(&mut rng)).into(), rotation(&mut rng));
+        let exposure = Exposure { intrinsics: k, x_world_camera, near: 0.1, far: 2.5 };
+        let scene = Scene { items: shapes(&mut rng).items };
+        let kept = |i: usize| Subject::Kept { place: places[i], x_world_body: &poses[i] };
+        let subjects = [kept(0), Subject::Scene(&scene), kept(1), kept(2)];
+        let frames = batch.frames(&subjects.map(|subject| View { subject, exposure })).unwrap();
+        let [a, b, c] = [0, 1, 2].map(|i| scenes[last(i)].posed(&poses[i]));
+        for (scene, frame) in [a, scene.clone(), b, c].iter().zip(&frames) {
+            let (shown, differ) = compare(scene, &exposure, frame);
+            (valid, beside) = (valid + shown, beside + differ);
+        }
+    }
+    assert!(valid > 20_000 && beside * 1000 <= valid, "{beside} of {valid}");
 }
 
 /// Random shapes all around the camera: through its plane, behind it, about it.
@@ -107,13 +153,14 @@ fn images_of_shapes_around_the_camera_are_those_of_the_processor() {
         .map(|scene| {
             let p = 0.2 * direction(&mut rng);
             let x_world_camera = Pose::from_parts(p.into(), rotation(&mut rng));
-            View { scene, exposure: Exposure { intrinsics: k, x_world_camera, near: 0.1, far: 2.5 } }
+            View { subject: Subject::Scene(scene), exposure: Exposure { intrinsics: k, x_world_camera, near: 0.1, far: 2.5 } }
         })
         .collect();
     let frames = ImageBatch::new(&gpu).frames(&views).unwrap();
     let (mut valid, mut beside) = (0, 0);
     for (view, frame) in views.iter().zip(&frames) {
-        let (shown, differ) = compare(view, frame);
+        let Subject::Scene(scene) = view.subject else { unreachable!() };
+        let (shown, differ) = compare(scene, &view.exposure, frame);
         (valid, beside) = (valid + shown, beside + differ);
     }
     assert!(valid > 50_000 && beside * 1000 <= valid, "{beside} of {valid}");
@@ -126,7 +173,7 @@ fn company_and_parts_change_no_bit_of_an_image() {
     let mut rng = Stream::new(6, 0, Purpose::Test);
     let scenes: Vec<Scene> = (0..5).map(|_| shapes(&mut rng)).chain([Scene::default()]).collect();
     let view = |(i, scene)| View {
-        scene,
+        subject: Subject::Scene(scene),
         exposure: exposure(40 * i, 90, 1.0, Pose::identity(), (0.1, 4.0)),
     };
     let views: Vec<View<'_>> = scenes.iter().enumerate().map(view).collect();
@@ -139,7 +186,7 @@ fn company_and_parts_change_no_bit_of_an_image() {
     assert!(together[5].instance.pixels().iter().all(|instance| *instance == NO_INSTANCE));
     let small = Gpu::open_with(Choice::Any, 1 << 18).unwrap();
     assert_eq!(ImageBatch::new(&small).frames(&views).unwrap(), together);
-    let large = View { scene: &scenes[0], exposure: exposure(400, 350, 1.0, Pose::identity(), (0.1, 4.0)) };
+    let large = View { subject: Subject::Scene(&scenes[0]), exposure: exposure(400, 350, 1.0, Pose::identity(), (0.1, 4.0)) };
     let refused = ImageBatch::new(&small).frames(&[large]).unwrap_err();
     assert!(matches!(refused, GpuError::TooLarge { what: "bytes in one buffer", .. }), "{refused}");
 }

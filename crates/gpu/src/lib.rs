@@ -72,7 +72,7 @@ struct Readme;
 
 pub use batch::{GpuBatch, Options, Statistics};
 pub use device::{Choice, Gpu, GpuError, GpuInfo};
-pub use images::{ImageBatch, View};
+pub use images::{ImageBatch, Subject, View};
 pub use memory::Room;
 pub use robots::RobotBatch;
 pub use schedule::{ScheduleError, WARPS};

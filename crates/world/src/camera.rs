@@ -1,6 +1,6 @@
 //! Images of a world's wrist camera, with their ground truth.
 
-use orchard_camera::{Capture, Exposure, Frame, FruitView, ImageKey, Scene, Sensor, fruit_views};
+use orchard_camera::{Capture, Exposure, Frame, FruitView, ImageKey, MovingScene, Scene, Sensor, fruit_views};
 use orchard_geometry::{DepthImage, Pose};
 use orchard_multibody::{Data, Motion};
 use orchard_spec::Spec;
@@ -13,17 +13,20 @@ use std::sync::{Arc, OnceLock};
 pub struct Sight {
     /// Frame of the world in which the image is taken.
     pub frame: u32,
-    /// The scene that it shows.
-    pub scene: Scene,
+    /// Everything that can be seen in the world.
+    pub visible: Arc<MovingScene>,
+    /// Pose of each body of it.
+    pub x_world_body: Vec<Pose>,
     /// Pose of the optical frame.
     pub x_world_camera: Pose,
-    key: ImageKey,
-    sensor: Arc<Sensor>,
+    pub(crate) key: ImageKey,
+    pub(crate) sensor: Arc<Sensor>,
 }
 
 impl Sight {
-    pub(crate) fn new(sensor: &Arc<Sensor>, scene: Scene, x_world_camera: Pose, key: ImageKey) -> Self {
-        Self { frame: key.frame, scene, x_world_camera, key, sensor: sensor.clone() }
+    /// The scene that it shows.
+    pub fn scene(&self) -> Scene {
+        self.visible.posed(&self.x_world_body)
     }
 
     /// The exact image that is to be drawn ([`Sensor::exposure`]).
@@ -33,7 +36,7 @@ impl Sight {
 
     /// Takes the image, drawn here.
     pub(crate) fn take(self) -> CameraTruth {
-        let Capture { measured, truth } = self.sensor.capture(&self.scene, &self.x_world_camera, self.key);
+        let Capture { measured, truth } = self.sensor.capture(&self.scene(), &self.x_world_camera, self.key);
         CameraTruth { measured, sight: self, truth: OnceLock::from(truth), fruit: OnceLock::new() }
     }
 
@@ -58,14 +61,16 @@ pub struct CameraTruth {
 impl CameraTruth {
     /// True depth, labels and instances ([`Capture::truth`]).
     pub fn truth(&self) -> &Frame {
-        let Sight { sensor, scene, x_world_camera, .. } = &self.sight;
-        self.truth.get_or_init(|| sensor.truth(scene, x_world_camera))
+        let Sight { sensor, x_world_camera, .. } = &self.sight;
+        self.truth.get_or_init(|| sensor.truth(&self.sight.scene(), x_world_camera))
     }
 
     /// Visible part of each fruit, by fruit index.
     pub fn fruit(&self) -> &[FruitView] {
-        let Sight { sensor, scene, x_world_camera, .. } = &self.sight;
-        self.fruit.get_or_init(|| fruit_views(self.truth(), scene, sensor.intrinsics(), x_world_camera))
+        let Sight { sensor, x_world_camera, .. } = &self.sight;
+        self.fruit.get_or_init(|| {
+            fruit_views(self.truth(), &self.sight.scene(), sensor.intrinsics(), x_world_camera)
+        })
     }
 }
 

@@ -9,7 +9,7 @@ use crate::identity::{Identity, Start};
 use crate::load::WoodLoad;
 use crate::planting::{Appearance, Planting};
 use crate::state::State;
-use orchard_camera::{ImageKey, Sensor};
+use orchard_camera::{ImageKey, MovingScene, Sensor};
 use orchard_fruit::{FruitLives, FruitSet};
 use orchard_geometry::{DepthImage, HeightField, Pose};
 use orchard_multibody::{Data, Model, StepReport, accept_overlaps, equilibrium};
@@ -38,6 +38,8 @@ pub struct World {
     pub(crate) parts: Arc<Parts>,
     pub(crate) identity: Identity,
     pub(crate) sensor: Arc<Sensor>,
+    /// Everything that can be seen.
+    visible: Arc<MovingScene>,
     pub(crate) shutter: Shutter,
     pub(crate) start: Arc<Data>,
     pub(crate) state: State,
@@ -134,6 +136,7 @@ impl World {
         parts.fruit.strengthen_to_hang(&parts.model, &data);
         accept_overlaps(&mut parts.model, &data);
         let sensor = Arc::new(Sensor::new(&spec.camera));
+        let visible = Arc::new(visible::moving_scene(&spec, &parts, &robot));
         let shutter = Shutter::new(&spec);
         let state = State::new(&parts, &robot, data.clone(), shutter);
         let identity = Identity::new(&config, &robot, start, repeat, &parts);
@@ -147,6 +150,7 @@ impl World {
             parts: Arc::new(parts),
             identity,
             sensor,
+            visible,
             shutter,
             start: Arc::new(data),
             state,
@@ -293,11 +297,23 @@ impl World {
         }
     }
 
+    /// What the camera would see in an image taken now.
+    pub fn sight_now(&self) -> Sight {
+        self.sight(&self.state.data, self.state.frame)
+    }
+
     /// What the camera sees in a state.
     pub(crate) fn sight(&self, data: &Data, frame: u32) -> Sight {
         let x_world_camera = self.parts.handle.x_world_camera(data);
         let Start { seed, world, .. } = self.identity.start;
-        Sight::new(&self.sensor, self.scene_of(data), x_world_camera, ImageKey { seed, world, frame })
+        Sight {
+            frame,
+            visible: self.visible.clone(),
+            x_world_body: self.x_world_visible(data),
+            x_world_camera,
+            key: ImageKey { seed, world, frame },
+            sensor: self.sensor.clone(),
+        }
     }
 
     /// Pose of the wrist camera's optical frame.

@@ -14,20 +14,24 @@ use crate::layout::QUAD;
 pub(super) struct Header {
     pub first: u32,
     pub count: u32,
+    pub posed: u32,
+    pub bodies: u32,
     pub pixels: u32,
     pub size: u32,
+    pub wants_items: u32,
+    pub unused: u32,
     pub focal: [f32; 2],
     pub axis: [f32; 2],
     pub near: f32,
     pub far: f32,
-    pub wants_items: u32,
-    pub unused: u32,
+    pub unused_too: [f32; 2],
 }
 
 /// Bytes of a pixel's depth, and of its item.
 pub(super) const PIXEL_BYTES: usize = 4;
-/// Bytes of a corner of a unit blade.
-const CORNER_BYTES: usize = 4 * QUAD;
+/// Bytes of a corner of a unit blade, along and across, and of a body's pose.
+const CORNER_BYTES: usize = 2 * 4 * QUAD;
+pub(super) const BODY_BYTES: usize = 2 * 4 * QUAD;
 /// Bytes of a solid, and of its rectangle of pixels.
 pub(super) const SOLID_BYTES: usize = 4 * WORDS;
 const RECTANGLE_BYTES: usize = 8;
@@ -38,14 +42,29 @@ const MORE: usize = 4;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Sizes {
     pub views: usize,
+    /// Solids in the frames of bodies.
     pub solids: usize,
+    /// Solids before cameras.
+    pub posed: usize,
     pub corners: usize,
+    pub bodies: usize,
     pub pixels: usize,
 }
 
 impl Sizes {
-    fn all(self) -> [usize; 4] {
-        [self.views, self.solids, self.corners, self.pixels]
+    fn all(self) -> [usize; 6] {
+        [self.views, self.solids, self.posed, self.corners, self.bodies, self.pixels]
+    }
+
+    fn from(all: [usize; 6]) -> Self {
+        let [views, solids, posed, corners, bodies, pixels] = all;
+        Self { views, solids, posed, corners, bodies, pixels }
+    }
+
+    /// Bytes of the largest buffer.
+    pub fn largest(self) -> usize {
+        let of_solids = SOLID_BYTES * self.solids.max(self.posed);
+        of_solids.max(PIXEL_BYTES * self.pixels).max(BODY_BYTES * self.bodies)
     }
 
     /// True if there is room for others.
@@ -55,15 +74,16 @@ impl Sizes {
 
     /// Somewhat more.
     pub fn with_room(self) -> Self {
-        let [views, solids, corners, pixels] = self.all().map(|n| n + n / MORE);
-        Self { views, solids, corners, pixels }
+        Self::from(self.all().map(|n| n + n / MORE))
     }
 
     /// Memory on the device \[bytes\].
     pub fn bytes(self) -> usize {
         self.views * size_of::<Header>()
-            + self.solids * (SOLID_BYTES + RECTANGLE_BYTES)
+            + self.solids * SOLID_BYTES
+            + self.posed * (SOLID_BYTES + RECTANGLE_BYTES)
             + self.corners * CORNER_BYTES
+            + self.bodies * BODY_BYTES
             + self.pixels * 4 * PIXEL_BYTES
     }
 }
@@ -83,6 +103,7 @@ pub(super) struct Buffers {
     pub views: wgpu::Buffer,
     pub solids: wgpu::Buffer,
     pub corners: wgpu::Buffer,
+    pub bodies: wgpu::Buffer,
     pub depths: wgpu::Buffer,
     pub items: wgpu::Buffer,
     /// Depths, then items.
@@ -98,8 +119,7 @@ impl Buffers {
     pub fn new(gpu: &Gpu, pipelines: &ImagePipelines, sizes: Sizes) -> Result<Self, GpuError> {
         let part = |n: usize, some: usize| (n as u128 * some as u128).div_ceil(sizes.views.max(1) as u128);
         allocated(gpu, sizes.views, sizes.bytes() / sizes.views.max(1), |some| {
-            let [views, solids, corners, pixels] = sizes.all().map(|n| part(n, some) as usize);
-            Self::allocate(gpu, pipelines, Sizes { views, solids, corners, pixels })
+            Self::allocate(gpu, pipelines, Sizes::from(sizes.all().map(|n| part(n, some) as usize)))
         })
     }
 
@@ -109,12 +129,14 @@ impl Buffers {
         let views = buffer("views", sizes.views * size_of::<Header>());
         let solids = buffer("solids", sizes.solids * SOLID_BYTES);
         let corners = buffer("corners", sizes.corners * CORNER_BYTES);
-        let rectangles = buffer("rectangles", sizes.solids * RECTANGLE_BYTES);
+        let bodies = buffer("bodies", sizes.bodies * BODY_BYTES);
+        let posed = buffer("posed", sizes.posed * SOLID_BYTES);
+        let rectangles = buffer("rectangles", sizes.posed * RECTANGLE_BYTES);
         let depths = buffer("depths", sizes.pixels * PIXEL_BYTES);
         let items = buffer("items", sizes.pixels * PIXEL_BYTES);
         let read = BufferUsages::MAP_READ | BufferUsages::COPY_DST;
         let staging = create_buffer(gpu, "images", 2 * sizes.pixels * PIXEL_BYTES, read);
-        let bound = [&views, &solids, &corners, &rectangles, &depths, &items];
+        let bound = [&views, &solids, &corners, &bodies, &posed, &rectangles, &depths, &items];
         let entries: Vec<_> = (0..)
             .zip(bound)
             .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
@@ -122,7 +144,7 @@ impl Buffers {
         let layout = &pipelines.bindings;
         let descriptor = wgpu::BindGroupDescriptor { label: None, layout, entries: &entries };
         let bindings = gpu.device.create_bind_group(&descriptor);
-        Self { sizes, views, solids, corners, depths, items, staging, bindings }
+        Self { sizes, views, solids, corners, bodies, depths, items, staging, bindings }
     }
 
     /// Records the drawing of the views.

@@ -1,17 +1,22 @@
 //! Exact depth images of many scenes at once.
 
 mod buffers;
+mod kept;
 pub(crate) mod pipelines;
 mod solids;
 
-use orchard_camera::{Exposure, Frame, Label, NO_INSTANCE, Scene};
-use orchard_geometry::{DepthImage, Image};
+use std::sync::Arc;
+
+use orchard_camera::{Exposure, Frame, Item, Label, MovingScene, NO_INSTANCE, Scene};
+use orchard_geometry::{DepthImage, Image, Pose};
 use rayon::prelude::*;
 
 use crate::device::{Gpu, GpuError};
-use buffers::{Buffers, Groups, Header, PIXEL_BYTES, SOLID_BYTES, Sizes};
+use crate::layout::QUAD;
+use buffers::{BODY_BYTES, Buffers, Groups, Header, PIXEL_BYTES, SOLID_BYTES, Sizes};
+use kept::Kept;
 use pipelines::{BOUND_THREADS, TILE};
-use solids::{Meshes, WORDS};
+use solids::{MOST_BODIES, MOST_MESHES, Meshes, WORDS};
 
 /// Views that a thread packs at once, our own choice.
 const PACKED: usize = 32;
@@ -24,9 +29,23 @@ const LONGEST: usize = 0xffff;
 #[derive(Debug, Clone, Copy)]
 pub struct View<'a> {
     /// What there is.
-    pub scene: &'a Scene,
+    pub subject: Subject<'a>,
     /// Camera, its pose, and the range of depths.
     pub exposure: Exposure,
+}
+
+/// What an image shows.
+#[derive(Debug, Clone, Copy)]
+pub enum Subject<'a> {
+    /// A scene, which is sent to the device.
+    Scene(&'a Scene),
+    /// A scene that the device has ([`ImageBatch::keep`]); only the poses of its bodies are sent.
+    Kept {
+        /// Place where it is kept.
+        place: usize,
+        /// Pose of each body in the world.
+        x_world_body: &'a [Pose],
+    },
 }
 
 /// Draws exact depth images of many scenes at once, each as [`orchard_camera::render`] does, in f32.
@@ -38,19 +57,36 @@ pub struct ImageBatch {
     gpu: Gpu,
     buffers: Option<Buffers>,
     groups: Groups,
+    kept: Kept,
+    meshes: Meshes,
+    /// Number of meshes that the device has.
+    meshes_sent: usize,
 }
 
-/// Solids of some successive views.
+/// Solids and bodies of some successive views.
 struct Packed {
     solids: Vec<[u32; WORDS]>,
-    /// Number of each view.
-    counts: Vec<usize>,
+    bodies: Vec<[[f32; QUAD]; 2]>,
+    /// Numbers of solids and of bodies of each view.
+    counts: Vec<(usize, usize)>,
 }
 
 impl ImageBatch {
     /// Makes a batch without memory; it grows with what is drawn.
     pub fn new(gpu: &Gpu) -> Self {
-        Self { gpu: gpu.clone(), buffers: None, groups: Groups::default() }
+        Self {
+            gpu: gpu.clone(),
+            buffers: None,
+            groups: Groups::default(),
+            kept: Kept::default(),
+            meshes: Meshes::default(),
+            meshes_sent: 0,
+        }
+    }
+
+    /// Keeps a scene at a place, instead of the one that is there. It is sent to the device when it is drawn next; if it is there already, nothing happens.
+    pub fn keep(&mut self, place: usize, scene: &Arc<MovingScene>) {
+        self.kept.put(place, scene);
     }
 
     /// Memory on the device \[bytes\].
@@ -62,10 +98,17 @@ impl ImageBatch {
     ///
     /// # Errors
     /// An image is larger than the device allows; the device has no room, or was lost.
+    ///
+    /// # Panics
+    /// A view shows a place where nothing is kept, or has not a pose for every body of what is kept there.
     pub fn frames(&mut self, views: &[View<'_>]) -> Result<Vec<Frame>, GpuError> {
-        self.draw(views, true, |view, depths, items| {
+        self.draw(views, true, |kept, view, depths, items| {
             let (width, height) = size_of_view(view);
-            let shown = |item: &u32| view.scene.items.get(*item as usize);
+            let all: &[Item] = match view.subject {
+                Subject::Scene(scene) => &scene.items,
+                Subject::Kept { place, .. } => kept.items(place),
+            };
+            let shown = |item: &u32| all.get(*item as usize);
             let label = items.iter().map(|item| shown(item).map_or(Label::None, |item| item.label));
             let instance = items.iter().map(|item| shown(item).map_or(NO_INSTANCE, |item| item.instance));
             Frame {
@@ -81,7 +124,7 @@ impl ImageBatch {
     /// # Errors
     /// As [`Self::frames`].
     pub fn depths(&mut self, views: &[View<'_>]) -> Result<Vec<DepthImage>, GpuError> {
-        self.draw(views, false, |view, depths, _| {
+        self.draw(views, false, |_, view, depths, _| {
             let (width, height) = size_of_view(view);
             image(width, height, depths.to_vec())
         })
@@ -107,18 +150,23 @@ impl ImageBatch {
         &mut self,
         views: &[View<'_>],
         wants_items: bool,
-        make: impl Fn(&View<'_>, &[f32], &[u32]) -> T + Sync,
+        make: impl Fn(&Kept, &View<'_>, &[f32], &[u32]) -> T + Sync,
     ) -> Result<Vec<T>, GpuError> {
         let limits = self.gpu.device.limits();
         let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size / 2) as usize;
         let most_views = limits.max_compute_workgroups_per_dimension as usize;
+        self.kept.pack(&mut self.meshes);
         let mut made = Vec::with_capacity(views.len());
         let mut left = views;
         while !left.is_empty() {
             // An item has one solid but for hulls and uneven ground, which the limit checked below allows for.
             let bytes = |view: &View<'_>| {
                 let (width, height) = size_of_view(view);
-                (PIXEL_BYTES * width * height).max(SOLID_BYTES * view.scene.items.len())
+                let solids = match view.subject {
+                    Subject::Scene(scene) => scene.items.len(),
+                    Subject::Kept { place, .. } => self.kept.solids(place),
+                };
+                (PIXEL_BYTES * width * height).max(SOLID_BYTES * solids)
             };
             let sums = left.iter().scan(0, |sum, view| {
                 *sum += bytes(view);
@@ -140,38 +188,67 @@ impl ImageBatch {
         wants_items: bool,
         most: usize,
     ) -> Result<wgpu::SubmissionIndex, GpuError> {
-        let meshes = Meshes::of(views.iter().map(|view| view.scene));
-        let packed: Vec<Packed> = views.par_chunks(PACKED).map(|views| pack(views, &meshes)).collect();
-        let (mut headers, mut solids, mut pixels) = (Vec::with_capacity(views.len()), 0, 0);
-        let counts = packed.iter().flat_map(|packed| &packed.counts);
-        for (view, count) in views.iter().zip(counts) {
-            headers.push(header(view, wants_items, solids, *count, pixels));
-            let (width, height) = size_of_view(view);
-            (solids, pixels) = (solids + count, pixels + width * height);
+        for view in views {
+            if let Subject::Scene(scene) = view.subject {
+                self.meshes.add(&scene.items);
+            }
         }
-        let corners = meshes.corners();
-        let sizes = Sizes { views: views.len(), solids, corners: corners.len(), pixels };
+        let (kept, meshes) = (&self.kept, &self.meshes);
+        let packed: Vec<Packed> =
+            views.par_chunks(PACKED).map(|views| pack(views, kept, meshes)).collect();
+        let mut sizes = Sizes {
+            views: views.len(),
+            solids: kept.room(),
+            corners: solids::CORNERS * meshes.len(),
+            ..Sizes::default()
+        };
+        let mut headers = Vec::with_capacity(views.len());
+        let counts = packed.iter().flat_map(|packed| &packed.counts);
+        for (view, (solids, bodies)) in views.iter().zip(counts) {
+            let (width, height) = size_of_view(view);
+            let (first, count) = match view.subject {
+                Subject::Scene(_) => (sizes.solids, *solids),
+                Subject::Kept { place, .. } => (kept.first(place), kept.solids(place)),
+            };
+            headers.push(Header { first: first as u32, count: count as u32, ..header(view, wants_items, sizes) });
+            sizes.solids += solids;
+            sizes.posed += count;
+            sizes.bodies += bodies;
+            sizes.pixels += width * height;
+        }
         self.check(views, sizes, most)?;
         let pipelines = self.gpu.image_pipelines();
         let fitting = self.buffers.take().filter(|buffers| buffers.sizes.hold(sizes));
+        let is_new = fitting.is_none();
         let buffers = match fitting {
             Some(buffers) => buffers,
             None => {
                 let roomy = sizes.with_room();
-                let bytes = (SOLID_BYTES * roomy.solids).max(PIXEL_BYTES * roomy.pixels);
-                Buffers::new(&self.gpu, pipelines, if bytes <= most { roomy } else { sizes })?
+                Buffers::new(&self.gpu, pipelines, if roomy.largest() <= most { roomy } else { sizes })?
             }
         };
         let queue = &self.gpu.queue;
+        if is_new || self.meshes_sent != self.meshes.len() {
+            queue.write_buffer(&buffers.corners, 0, bytemuck::cast_slice(&self.meshes.corners()));
+            self.meshes_sent = self.meshes.len();
+        }
+        self.kept.send(queue, &buffers.solids, is_new);
         queue.write_buffer(&buffers.views, 0, bytemuck::cast_slice(&headers));
-        queue.write_buffer(&buffers.corners, 0, bytemuck::cast_slice(&corners));
-        packed.par_iter().enumerate().for_each(|(part, packed)| {
-            let at = SOLID_BYTES * headers[part * PACKED].first as usize;
-            queue.write_buffer(&buffers.solids, at as u64, bytemuck::cast_slice(&packed.solids));
+        let firsts = packed.iter().scan((self.kept.room(), 0), |(solids, bodies), packed| {
+            let first = (*solids, *bodies);
+            (*solids, *bodies) = (*solids + packed.solids.len(), *bodies + packed.bodies.len());
+            Some(first)
+        });
+        let firsts: Vec<(usize, usize)> = firsts.collect();
+        packed.par_iter().zip(firsts).for_each(|(packed, (solids, bodies))| {
+            let (solids, bodies) = ((SOLID_BYTES * solids) as u64, (BODY_BYTES * bodies) as u64);
+            queue.write_buffer(&buffers.solids, solids, bytemuck::cast_slice(&packed.solids));
+            queue.write_buffer(&buffers.bodies, bodies, bytemuck::cast_slice(&packed.bodies));
         });
         let most_solids = headers.iter().map(|header| header.count as usize).max().unwrap_or(0);
         let tiles = views.iter().map(|view| tiles(size_of_view(view))).max().unwrap_or(0);
         self.groups = Groups { views: views.len(), bound: most_solids.div_ceil(BOUND_THREADS), tiles };
+        let pixels = sizes.pixels;
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         buffers.record(&mut encoder, pipelines, self.groups);
         let bytes = (PIXEL_BYTES * pixels) as u64;
@@ -190,7 +267,7 @@ impl ImageBatch {
         views: &[View<'_>],
         wants_items: bool,
         submitted: wgpu::SubmissionIndex,
-        make: impl Fn(&View<'_>, &[f32], &[u32]) -> T + Sync,
+        make: impl Fn(&Kept, &View<'_>, &[f32], &[u32]) -> T + Sync,
         made: &mut Vec<T>,
     ) -> Result<(), GpuError> {
         let Some(buffers) = &self.buffers else { return Ok(()) };
@@ -198,7 +275,7 @@ impl ImageBatch {
         let kinds = if wants_items { 2 } else { 1 };
         let empty: &[u32] = &[];
         if pixels == 0 {
-            made.extend(views.iter().map(|view| make(view, &[], empty)));
+            made.extend(views.iter().map(|view| make(&self.kept, view, &[], empty)));
             return self.gpu.wait_for(Some(submitted));
         }
         let slice = buffers.staging.slice(..(kinds * PIXEL_BYTES * pixels) as u64);
@@ -216,7 +293,7 @@ impl ImageBatch {
         let ranges: Vec<_> = firsts.collect();
         let drawn = views.par_iter().zip(ranges).map(|(view, range)| {
             let items = if wants_items { &items[range.clone()] } else { empty };
-            make(view, &depths[range], items)
+            make(&self.kept, view, &depths[range], items)
         });
         made.extend(drawn.collect::<Vec<T>>());
         drop(mapped);
@@ -228,10 +305,12 @@ impl ImageBatch {
     fn check(&self, views: &[View<'_>], sizes: Sizes, most: usize) -> Result<(), GpuError> {
         let longest = views.iter().map(size_of_view).map(|(width, height)| width.max(height)).max().unwrap_or(0);
         let most_groups = self.gpu.device.limits().max_compute_workgroups_per_dimension as usize;
-        let largest = (SOLID_BYTES * sizes.solids).max(PIXEL_BYTES * sizes.pixels);
+        let bodies = views.iter().map(|view| bodies_of(view).len()).max().unwrap_or(0);
         let groups = views.iter().map(|view| tiles(size_of_view(view))).max().unwrap_or(0);
         let limits = [
-            ("bytes in one buffer", largest, most),
+            ("bytes in one buffer", sizes.largest(), most),
+            ("shapes of leaves", self.meshes.len(), MOST_MESHES),
+            ("bodies in a view", bodies, MOST_BODIES),
             ("columns or rows of an image", longest, LONGEST),
             ("tiles of an image", groups, most_groups),
         ];
@@ -251,26 +330,58 @@ impl ImageBatch {
     }
 }
 
-fn pack(views: &[View<'_>], meshes: &Meshes) -> Packed {
-    let mut solids = Vec::with_capacity(views.iter().map(|view| view.scene.items.len()).sum());
-    let counts = views.iter().map(|view| solids::push(&mut solids, view, meshes)).collect();
-    Packed { solids, counts }
+fn pack(views: &[View<'_>], kept: &Kept, meshes: &Meshes) -> Packed {
+    let mut packed = Packed { solids: Vec::new(), bodies: Vec::new(), counts: Vec::new() };
+    for view in views {
+        let exposure = &view.exposure;
+        let before = packed.bodies.len();
+        let solids = match view.subject {
+            Subject::Scene(scene) => {
+                packed.bodies.push(solids::pose_quads(&Pose::identity()));
+                solids::push(&mut packed.solids, scene, exposure, meshes)
+            }
+            Subject::Kept { place, x_world_body } => {
+                assert!(
+                    x_world_body.len() >= kept.bodies(place),
+                    "a scene with {} bodies was given {} poses",
+                    kept.bodies(place),
+                    x_world_body.len()
+                );
+                let x_camera_world = exposure.x_world_camera.inverse();
+                packed.bodies.extend(x_world_body.iter().map(|x| solids::pose_quads(&(x_camera_world * x))));
+                0
+            }
+        };
+        packed.counts.push((solids, packed.bodies.len() - before));
+    }
+    packed
 }
 
-fn header(view: &View<'_>, wants_items: bool, first: usize, count: usize, pixels: usize) -> Header {
+/// Header of a view, which comes behind others of some sizes.
+fn header(view: &View<'_>, wants_items: bool, before: Sizes) -> Header {
     let k = &view.exposure.intrinsics;
     Header {
-        first: first as u32,
-        count: count as u32,
-        pixels: pixels as u32,
+        first: 0,
+        count: 0,
+        posed: before.posed as u32,
+        bodies: before.bodies as u32,
+        pixels: before.pixels as u32,
         size: (k.width | k.height << 16) as u32,
+        wants_items: u32::from(wants_items),
+        unused: 0,
         focal: [k.fx as f32, k.fy as f32],
         axis: [k.cx as f32, k.cy as f32],
         near: view.exposure.near as f32,
         // Infinity has no place in a kernel.
         far: view.exposure.far.min(f64::from(f32::MAX)) as f32,
-        wants_items: u32::from(wants_items),
-        unused: 0,
+        unused_too: [0.0; 2],
+    }
+}
+
+fn bodies_of<'a>(view: &View<'a>) -> &'a [Pose] {
+    match view.subject {
+        Subject::Scene(_) => &[],
+        Subject::Kept { x_world_body, .. } => x_world_body,
     }
 }
 

@@ -28,8 +28,8 @@ impl ImagePipelines {
     pub fn new(device: &wgpu::Device) -> Self {
         let read = (BufferBindingType::Storage { read_only: true }, false);
         let written = (BufferBindingType::Storage { read_only: false }, false);
-        // Views, solids, corners; rectangles, depths, items.
-        let buffers = [read, read, read, written, written, written];
+        // Views, solids, corners, bodies; posed solids, rectangles, depths, items.
+        let buffers = [read, read, read, read, written, written, written, written];
         let kernels = Kernels::new(device, "images", source(), &buffers);
         Self {
             bound: kernels.pipeline("bound", &[]),

@@ -3,18 +3,21 @@
 use std::sync::Arc;
 
 use orchard_camera::blade::{BladeMesh, TRIANGLES, triangles};
-use orchard_camera::{Geometry, Scene, Solid};
-use orchard_geometry::{Pose, Vec3};
+use orchard_camera::{Exposure, Geometry, Item, MovingScene, Scene, Solid};
+use orchard_geometry::{Intrinsics, Pose, Vec3};
 
-use super::View;
 use crate::layout::QUAD;
 
 /// Corners of the triangles of a blade.
 pub(super) const CORNERS: usize = 3 * TRIANGLES;
 /// Words of a solid.
 pub(super) const WORDS: usize = 12;
-/// Bits of a solid's first word that hold its kind; its mesh is in the others.
-const KIND_BITS: u32 = 8;
+/// First bits of a solid's mesh and of its body in its first word, behind its kind.
+const MESH_BIT: u32 = 4;
+const BODY_BIT: u32 = 16;
+/// Number of meshes and of bodies that there is room for.
+pub(super) const MOST_MESHES: usize = 1 << (BODY_BIT - MESH_BIT);
+pub(super) const MOST_BODIES: usize = 1 << (u32::BITS - BODY_BIT);
 
 /// Kinds, as `kernels/image.wgsl` numbers them.
 const BALL: u32 = 0;
@@ -24,27 +27,42 @@ const PLANE: u32 = 3;
 const TRIANGLE: u32 = 4;
 const BLADE: u32 = 5;
 
-/// Meshes of all blades of some scenes, each once.
+/// Meshes of blades, each once.
 #[derive(Debug, Default)]
 pub(super) struct Meshes(Vec<Arc<BladeMesh>>);
 
 impl Meshes {
-    /// Collects them.
-    pub fn of<'a>(scenes: impl Iterator<Item = &'a Scene>) -> Self {
-        let mut meshes = Self::default();
-        for item in scenes.flat_map(|scene| &scene.items) {
+    /// Adds those of some items that are not there.
+    pub fn add(&mut self, items: &[Item]) {
+        let mut latest = None;
+        for item in items {
+            // The leaves of a tree share their mesh.
             if let Geometry::Blade { mesh, .. } = &item.geometry
-                && meshes.find(mesh).is_none()
+                && latest != Some(Arc::as_ptr(mesh))
             {
-                meshes.0.push(mesh.clone());
+                latest = Some(Arc::as_ptr(mesh));
+                if !self.0.contains(mesh) {
+                    self.0.push(mesh.clone());
+                }
             }
         }
-        meshes
     }
 
-    /// Number of a mesh; none if it is not there.
-    fn find(&self, mesh: &Arc<BladeMesh>) -> Option<usize> {
-        self.0.iter().position(|known| Arc::ptr_eq(known, mesh) || known == mesh)
+    /// Number of meshes.
+    pub fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    /// Finds numbers of meshes.
+    fn finder(&self) -> impl FnMut(&Arc<BladeMesh>) -> u32 {
+        let mut latest = (std::ptr::null(), 0);
+        move |mesh| {
+            if latest.0 != Arc::as_ptr(mesh) {
+                let number = self.0.iter().position(|known| known == mesh);
+                latest = (Arc::as_ptr(mesh), number.unwrap_or(0) as u32);
+            }
+            latest.1
+        }
     }
 
     /// Corners of the triangles of every unit blade: what length and width multiply.
@@ -58,17 +76,43 @@ impl Meshes {
     }
 }
 
-/// Adds the solids of a view to a list, and returns their number.
-pub(super) fn push(list: &mut Vec<[u32; WORDS]>, view: &View<'_>, meshes: &Meshes) -> usize {
-    let before = list.len();
-    let exposure = &view.exposure;
-    view.scene.for_each_solid(&exposure.intrinsics, &exposure.x_world_camera, exposure.far, |item, solid| {
-        list.push(words(item, &solid, meshes));
+/// Adds the solids of a scene before a camera to a list, and returns their number. They have one body, which is the camera's.
+pub(super) fn push(
+    list: &mut Vec<[u32; WORDS]>,
+    scene: &Scene,
+    exposure: &Exposure,
+    meshes: &Meshes,
+) -> usize {
+    let (before, mut mesh_of) = (list.len(), meshes.finder());
+    scene.for_each_solid(&exposure.intrinsics, &exposure.x_world_camera, exposure.far, |item, solid| {
+        list.push(words(item, 0, &solid, &mut mesh_of));
     });
     list.len() - before
 }
 
-fn words(item: u32, solid: &Solid<'_>, meshes: &Meshes) -> [u32; WORDS] {
+/// Solids of a moving scene in the frames of their bodies.
+pub(super) fn of_bodies(scene: &MovingScene, meshes: &Meshes) -> Vec<[u32; WORDS]> {
+    let (mut list, mut mesh_of) = (Vec::with_capacity(scene.items().len()), meshes.finder());
+    // Every place is wanted: no camera, and no end.
+    let anywhere = Intrinsics { width: 0, height: 0, fx: 1.0, fy: 1.0, cx: 0.0, cy: 0.0 };
+    scene.still().for_each_solid(&anywhere, &Pose::identity(), f64::INFINITY, |item, solid| {
+        list.push(words(item, scene.bodies()[item as usize], &solid, &mut mesh_of));
+    });
+    list
+}
+
+/// Rotation and place of a body, as the kernels read them.
+pub(super) fn pose_quads(x_camera_body: &Pose) -> [[f32; QUAD]; 2] {
+    let q = x_camera_body.rotation.coords;
+    [[q.x as f32, q.y as f32, q.z as f32, q.w as f32], quad(&x_camera_body.translation.vector)]
+}
+
+fn words(
+    item: u32,
+    body: u32,
+    solid: &Solid<'_>,
+    mut mesh_of: impl FnMut(&Arc<BladeMesh>) -> u32,
+) -> [u32; WORDS] {
     let mut words = [0; WORDS];
     let mut numbers = words[2..].iter_mut();
     let mut write = |values: &[f64]| {
@@ -89,7 +133,7 @@ fn words(item: u32, solid: &Solid<'_>, meshes: &Meshes) -> [u32; WORDS] {
         }
         Solid::Blade { x_camera_blade, mesh, length, width } => {
             write_pose(x_camera_blade, &[*length, *width]);
-            BLADE | (meshes.find(mesh).unwrap_or(0) as u32) << KIND_BITS
+            BLADE | mesh_of(mesh) << MESH_BIT
         }
         Solid::Ball { p_camera, radius } => {
             write(p_camera.as_slice());
@@ -112,7 +156,7 @@ fn words(item: u32, solid: &Solid<'_>, meshes: &Meshes) -> [u32; WORDS] {
             TRIANGLE
         }
     };
-    (words[0], words[1]) = (kind, item);
+    (words[0], words[1]) = (kind | body << BODY_BIT, item);
     words
 }
 

@@ -5,20 +5,24 @@ struct View {
     // First of its solids among all, and their number.
     first: u32,
     count: u32,
+    // First of its solids among those that are posed before the camera, and first of its bodies.
+    posed: u32,
+    bodies: u32,
     // First of its pixels among all.
     pixels: u32,
     // Width, and height in the upper half.
     size: u32,
+    // 1 if the pixels' items are wanted.
+    wants_items: u32,
+    unused: u32,
     focal: vec2f,
     axis: vec2f,
     near: f32,
     far: f32,
-    // 1 if the pixels' items are wanted.
-    wants_items: u32,
-    unused: u32,
+    unused_too: vec2f,
 }
 
-// Words of `images/solids.rs`: kind and mesh, item, then ten numbers, which mean for
+// Words of `images/solids.rs`: kind, mesh and body; item; then ten numbers, which mean for
 //   a ball: centre, radius;
 //   a capsule: end of the axis, its direction, its length, radius;
 //   a box: its frame's origin and rotation, half of its lengths;
@@ -44,13 +48,18 @@ const NOTHING: f32 = 0x1.fffffep+127f;
 const LEAST: f32 = 1e-20;
 
 @group(0) @binding(0) var<storage, read> views: array<View>;
+// Solids in the frames of their bodies.
 @group(0) @binding(1) var<storage, read> solids: array<Solid>;
 // Corners of the triangles of unit blades: along and across.
 @group(0) @binding(2) var<storage, read> meshes: array<vec4f>;
-// Pixels that each solid may cover: first and last column, first and last row, 16 bits each.
-@group(0) @binding(3) var<storage, read_write> rectangles: array<vec2u>;
-@group(0) @binding(4) var<storage, read_write> depths: array<f32>;
-@group(0) @binding(5) var<storage, read_write> items: array<u32>;
+// Rotation and place of each body before its camera.
+@group(0) @binding(3) var<storage, read> bodies: array<vec4f>;
+// Solids before their camera.
+@group(0) @binding(4) var<storage, read_write> posed: array<Solid>;
+// Pixels that each of them may cover: first and last column, first and last row, 16 bits each.
+@group(0) @binding(5) var<storage, read_write> rectangles: array<vec2u>;
+@group(0) @binding(6) var<storage, read_write> depths: array<f32>;
+@group(0) @binding(7) var<storage, read_write> items: array<u32>;
 
 // A solid with what all rays share.
 struct Prepared {
@@ -62,7 +71,7 @@ struct Prepared {
 }
 
 fn kind_of(solid: Solid) -> u32 {
-    return solid.a.x & 0xffu;
+    return solid.a.x & 0xfu;
 }
 
 // Numbers 0 to 2.
@@ -259,7 +268,7 @@ fn hit(solid: Prepared, d: vec3f) -> f32 {
 
 // Corner of the triangles of a blade, three for each.
 fn corner(solid: Solid, k: u32) -> vec3f {
-    let at = 2u * (BLADE_CORNERS * (solid.a.x >> 8u) + k);
+    let at = 2u * (BLADE_CORNERS * (solid.a.x >> 4u & 0xfffu) + k);
     let end = end_of(solid);
     let local = meshes[at].xyz * end.y + meshes[at + 1u].xyz * end.z;
     return p_of(solid) + turned(rotation_of(solid), local);

@@ -1,4 +1,4 @@
-// The pixels that each solid may cover. Nothing that `hit` would find is left out.
+// Poses solids before their camera, and finds the pixels that each may cover. Nothing that `hit` would find is left out.
 
 // Depth at which edges that pass behind the camera are cut before projection [m].
 const CUT: f32 = 1e-5;
@@ -145,16 +145,52 @@ fn rectangle(slopes: Slopes, view: View) -> vec2u {
     return from_pixel | (to_pixel << vec2u(16u));
 }
 
+// Product of two rotations.
+fn composed(a: vec4f, b: vec4f) -> vec4f {
+    return vec4f(a.w * b.xyz + b.w * a.xyz + cross(a.xyz, b.xyz), a.w * b.w - dot(a.xyz, b.xyz));
+}
+
+// A solid in another frame, in which its own frame has a rotation and a place.
+fn moved(solid: Solid, rotation: vec4f, place: vec3f) -> Solid {
+    let own = p_of(solid);
+    var p = place + turned(rotation, own);
+    var q = q_of(solid);
+    var end = end_of(solid);
+    switch kind_of(solid) {
+        case BALL: {}
+        case CAPSULE: { q = turned(rotation, q); }
+        case PLANE: {
+            // The normal turns, the offset changes.
+            p = turned(rotation, own);
+            q.x += dot(p, place);
+        }
+        case TRIANGLE: {
+            q = place + turned(rotation, q);
+            end = vec4f(place + turned(rotation, end.xyz), 0.0);
+        }
+        default: {
+            let turn = composed(rotation, rotation_of(solid));
+            q = turn.xyz;
+            end.x = turn.w;
+        }
+    }
+    let head = bitcast<vec3u>(p);
+    return Solid(vec4u(solid.a.xy, head.xy), vec4u(head.z, bitcast<vec3u>(q)), bitcast<vec4u>(end));
+}
+
 @compute @workgroup_size(BOUND_THREADS)
 fn bound(@builtin(global_invocation_id) id: vec3u) {
     let view = views[id.y];
     if id.x >= view.count {
         return;
     }
-    let solid = solids[view.first + id.x];
+    let still = solids[view.first + id.x];
+    let body = 2u * (view.bodies + (still.a.x >> 16u));
+    let solid = moved(still, bodies[body], bodies[body + 1u].xyz);
     var found = EMPTY;
     if nearest(solid) <= view.far {
         found = rectangle(slopes_of(solid), view);
     }
-    rectangles[view.first + id.x] = found;
+    posed[view.posed + id.x] = solid;
+    rectangles[view.posed + id.x] = found;
 }

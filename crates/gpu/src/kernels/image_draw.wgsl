@@ -56,7 +56,7 @@ fn draw_part(tile: Tile, solid: Prepared, item: u32, part: Part, start: u32, ste
 }
 
 fn draw_solid(tile: Tile, index: u32, start: u32, step: u32, second: bool) {
-    let solid = solids[index];
+    let solid = posed[index];
     let item = solid.a.y;
     let part = part_of(rectangles[index], tile);
     if kind_of(solid) != BLADE {
@@ -93,7 +93,7 @@ fn draw(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) th
         }
         workgroupBarrier();
         for (var k = thread; k < view.count; k += THREADS) {
-            let index = view.first + k;
+            let index = view.posed + k;
             let part = part_of(rectangles[index], tile);
             let covered = part.count.x * part.count.y;
             if covered == 0u {

@@ -2,49 +2,74 @@
 
 use std::sync::Arc;
 
-use orchard_camera::{Geometry, Label, NO_INSTANCE, Scene, blade::BladeMesh};
-use orchard_geometry::{Pose, Shape};
-use orchard_multibody::{Data, PointId};
-use orchard_treegen::LeafSite;
-use orchard_treephys::TreeBody;
+use orchard_camera::blade::BladeMesh;
+use orchard_camera::{Geometry, Item, Label, MovingScene, NO_INSTANCE, Scene};
+use orchard_geometry::{Pose, Rotation, Shape};
+use orchard_multibody::Data;
+use orchard_robot::RobotModel;
+use orchard_spec::Spec;
 
 use super::World;
-use crate::scene::{push_fine_wood, push_fruit, push_stem, push_tree, wood_shapes};
-use crate::scenery::{self, Strut};
+use crate::build::Parts;
+use crate::scene::{push_fine_wood, push_stem, push_tree, wood_shapes};
+use crate::scenery;
 
-/// The things of a world that are drawn: wood and leaves that move with their segment, fruit, robot, posts and wires,
-/// ground.
-struct Visible<'a> {
-    tree: &'a TreeBody,
-    shapes: &'a [Shape],
-    leaves: &'a [LeafSite],
-    blade: Arc<BladeMesh>,
-    fruit_radius: &'a [f64],
-    robot: Vec<(Shape, Pose)>,
-    ground: Shape,
-    struts: &'a [Strut],
+/// Body of all that never moves. The segments of the tree follow, then its fruit, then the links of the robot.
+const STILL: u32 = 0;
+
+/// Everything that the camera can see: ground, wood and leaves that move with their segment, fruit, robot, posts and wires. Instances: segment index, leaf index, fruit index, robot shape index, number of
+/// the post or wire.
+pub(crate) fn moving_scene(spec: &Spec, parts: &Parts, robot: &RobotModel) -> MovingScene {
+    let mut scene = MovingScene::default();
+    let shape = |shape: &Shape, x: Pose, label, instance| Item {
+        geometry: Geometry::Shape(shape.clone()),
+        x_world_item: x,
+        label,
+        instance,
+        color: None,
+        tint: None,
+    };
+    scene.extend(STILL, [shape(&parts.ground.shape(), Pose::identity(), Label::Ground, NO_INSTANCE)]);
+    let (skeleton, fruit) = (&parts.skeleton, &parts.fruit.fruit);
+    let blade = Arc::new(BladeMesh::from_spec(&spec.foliage));
+    let mut tree = Scene::default();
+    push_tree(&mut tree, &wood_shapes(skeleton), &skeleton.leaves, &blade, |_| Pose::identity());
+    let first_segment = STILL + 1;
+    let of_wood = 0..skeleton.segments.len();
+    let segments = of_wood.chain(skeleton.leaves.iter().map(|leaf| leaf.segment));
+    for (item, segment) in tree.items.into_iter().zip(segments) {
+        scene.extend(first_segment + segment as u32, [item]);
+    }
+    let first_fruit = first_segment + skeleton.segments.len() as u32;
+    for (i, fruit) in fruit.iter().enumerate() {
+        let ball = Shape::Sphere { radius: fruit.radius };
+        scene.extend(first_fruit + i as u32, [shape(&ball, Pose::identity(), Label::Fruit, i as u32)]);
+    }
+    let first_link = first_fruit + fruit.len() as u32;
+    let mut instances = 0..;
+    for (link, body) in robot.articulation().links.iter().zip(first_link..) {
+        let shapes = link.shapes.iter().zip(instances.by_ref());
+        scene.extend(body, shapes.map(|(s, instance)| shape(&s.shape, s.x_link_shape, Label::Robot, instance)));
+    }
+    scene.extend(STILL, scenery::items(&parts.struts));
+    scene
 }
 
 impl World {
     /// The visible scene of the present state.
     pub fn scene(&self) -> Scene {
-        self.scene_of(&self.state.data)
+        self.visible.posed(&self.x_world_visible(&self.state.data))
     }
 
-    pub(crate) fn scene_of(&self, data: &Data) -> Scene {
-        let shapes = wood_shapes(&self.parts.skeleton);
-        let fruit_radius: Vec<f64> = self.parts.fruit.fruit.iter().map(|f| f.radius).collect();
-        let visible = Visible {
-            tree: &self.parts.tree,
-            shapes: &shapes,
-            leaves: &self.parts.skeleton.leaves,
-            blade: Arc::new(BladeMesh::from_spec(&self.spec().foliage)),
-            fruit_radius: &fruit_radius,
-            robot: self.robot_shapes(data),
-            ground: self.parts.ground.shape(),
-            struts: &self.parts.struts,
-        };
-        build(&visible, data, &self.parts.fruit.points)
+    /// Poses of the bodies of [`moving_scene`] in a state.
+    pub(crate) fn x_world_visible(&self, data: &Data) -> Vec<Pose> {
+        let parts = &self.parts;
+        let segments = parts.tree.bodies.iter().map(|&body| *data.x_world_body(body));
+        let fruit = parts.fruit.points.iter().map(|point| {
+            Pose::from_parts(data.point_p_world[point.index()].into(), Rotation::identity())
+        });
+        let links = parts.handle.bodies.iter().map(|&body| *data.x_world_body(body));
+        std::iter::once(Pose::identity()).chain(segments).chain(fruit).chain(links).collect()
     }
 
     /// The scene for people: in the tree's own colours, with spurs and stems, which are thinner than a pixel of the depth
@@ -76,34 +101,6 @@ impl World {
         }
         scene
     }
-
-    /// The robot's shapes, posed in the world.
-    fn robot_shapes(&self, data: &Data) -> Vec<(Shape, Pose)> {
-        let links = &self.robot().articulation().links;
-        let posed = links.iter().zip(&self.parts.handle.bodies).flat_map(|(link, &body)| {
-            let x_world_link = *data.x_world_body(body);
-            link.shapes.iter().map(move |s| (s.shape.clone(), x_world_link * s.x_link_shape))
-        });
-        posed.collect()
-    }
-}
-
-/// Builds the scene. Instances: segment index, leaf index, fruit index, robot shape index, number of
-/// the post or wire.
-fn build(visible: &Visible<'_>, data: &Data, fruit_points: &[PointId]) -> Scene {
-    let mut scene = Scene::default();
-    scene.push(Geometry::Shape(visible.ground.clone()), Pose::identity(), Label::Ground, NO_INSTANCE);
-    push_tree(&mut scene, visible.shapes, visible.leaves, &visible.blade, |i| {
-        *data.x_world_body(visible.tree.bodies[i])
-    });
-    for (i, (point, &radius)) in fruit_points.iter().zip(visible.fruit_radius).enumerate() {
-        push_fruit(&mut scene, i, &data.point_p_world[point.index()], radius);
-    }
-    for (i, (shape, pose)) in visible.robot.iter().enumerate() {
-        scene.push(Geometry::Shape(shape.clone()), *pose, Label::Robot, i as u32);
-    }
-    scene.items.extend(scenery::items(visible.struts));
-    scene
 }
 
 /// Draws level ground at a height \[m\].

@@ -4,12 +4,12 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use orchard_camera::picture::look_at;
-use orchard_camera::{Exposure, ImageKey, Scene, Sensor};
+use orchard_camera::{Exposure, ImageKey, Sensor};
 use orchard_geometry::{Intrinsics, Vec3};
-use orchard_gpu::{Choice, Gpu, ImageBatch, View};
+use orchard_gpu::{Choice, Gpu, ImageBatch, Subject, View};
 use orchard_robot::RobotModel;
 use orchard_spec::{Preset, Spec};
-use orchard_world::World;
+use orchard_world::{Sight, World};
 use rayon::prelude::*;
 
 use crate::rows::{Effort, Measured, Rounds, Row};
@@ -36,35 +36,39 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
     };
     let gpu = Gpu::open(Choice::Any)?;
     let (spec, robot) = (Arc::new(Spec::preset(Preset::Paper)), Arc::new(RobotModel::paper()));
-    let scenes: Result<Vec<Scene>, _> = (0..trees)
+    let sights: Result<Vec<Sight>, _> = (0..trees)
         .into_par_iter()
-        .map(|tree| World::new(spec.clone(), robot.clone(), SEED, tree).map(|world| world.scene()))
+        .map(|tree| World::new(spec.clone(), robot.clone(), SEED, tree).map(|world| world.sight_now()))
         .collect();
-    let scenes = scenes?;
+    let sights = sights?;
+    let subject = |k: usize| {
+        let place = k % sights.len();
+        Subject::Kept { place, x_world_body: &sights[place].x_world_body }
+    };
     let place = |k: usize| {
         let angle = std::f64::consts::TAU * k as f64 / small as f64;
         let (sin, cos) = orchard_geometry::math::sin_cos(angle);
         look_at(&Vec3::new(DISTANCE * cos, DISTANCE * sin, HEIGHT), &Vec3::new(0.0, 0.0, HEIGHT))
     };
     let mut rows = Vec::new();
-    let items = scenes.iter().map(|scene| scene.items.len()).sum::<usize>() / scenes.len();
+    let items = sights.iter().map(|sight| sight.visible.items().len()).sum::<usize>() / sights.len();
     let intrinsics = Intrinsics::from_vertical_fov(SIDE, SIDE, FOV);
     let views: Vec<View<'_>> = (0..small)
         .map(|k| View {
-            scene: &scenes[k % scenes.len()],
+            subject: subject(k),
             exposure: Exposure { intrinsics, x_world_camera: place(k), near: 0.1, far: 3.0 },
         })
         .collect();
     let note = format!("{small} images {SIDE} x {SIDE} of {trees} trees, {items} items each");
-    rows.extend(rows_of(&gpu, "images.depth_128", &views, rounds, &note, SMALL, false)?);
-    rows.extend(rows_of(&gpu, "images.labels_128", &views, rounds, &note, SMALL, true)?);
+    rows.extend(rows_of(&gpu, &sights, "images.depth_128", &views, rounds, &note, SMALL, false)?);
+    rows.extend(rows_of(&gpu, &sights, "images.labels_128", &views, rounds, &note, SMALL, true)?);
     let sensor = Sensor::new(&spec_of("d435i")?);
     let views: Vec<View<'_>> = (0..stereo)
-        .map(|k| View { scene: &scenes[k % scenes.len()], exposure: sensor.exposure(&place(k)) })
+        .map(|k| View { subject: subject(k), exposure: sensor.exposure(&place(k)) })
         .collect();
     let note = format!("{stereo} images of d435i, {} x {}", sensor.intrinsics().width, sensor.intrinsics().height);
-    rows.extend(rows_of(&gpu, "images.d435i_exact", &views, rounds, &note, STEREO, false)?);
-    let (mut batch, mut rates) = (ImageBatch::new(&gpu), Vec::new());
+    rows.extend(rows_of(&gpu, &sights, "images.d435i_exact", &views, rounds, &note, STEREO, false)?);
+    let (mut batch, mut rates) = (keeping(&gpu, &sights), Vec::new());
     for round in 0..=rounds {
         let start = Instant::now();
         let seen = batch.depths(&views)?;
@@ -89,9 +93,17 @@ fn spec_of(camera: &str) -> anyhow::Result<orchard_spec::camera::CameraSpec> {
     Ok(scenario.spec().camera.clone())
 }
 
+/// A batch that keeps all that can be seen in some worlds.
+fn keeping(gpu: &Gpu, sights: &[Sight]) -> ImageBatch {
+    let mut batch = ImageBatch::new(gpu);
+    sights.iter().enumerate().for_each(|(place, sight)| batch.keep(place, &sight.visible));
+    batch
+}
+
 /// Rows of the device alone, and of all from scenes to images in memory.
 fn rows_of(
     gpu: &Gpu,
+    sights: &[Sight],
     name: &str,
     views: &[View<'_>],
     rounds: usize,
@@ -99,7 +111,7 @@ fn rows_of(
     target: f64,
     labels: bool,
 ) -> anyhow::Result<[Row; 2]> {
-    let mut batch = ImageBatch::new(gpu);
+    let mut batch = keeping(gpu, sights);
     let (mut whole, mut alone) = (Vec::new(), Vec::new());
     // The first round warms up.
     for round in 0..=rounds {
@@ -121,6 +133,6 @@ fn rows_of(
     };
     Ok([
         row(&format!("{name}.device"), alone, "on the device alone").at_least(target),
-        row(name, whole, "from scenes in the processor's memory to images there"),
+        row(name, whole, "from poses in the processor's memory to images there"),
     ])
 }
