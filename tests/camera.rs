@@ -317,8 +317,7 @@ fn the_picker_never_detects_fruit_on_the_robot() {
                 let x_odom_camera = world.x_world_odom().inverse() * truth.sight.x_world_camera;
                 for d in &picker.record().images.last().unwrap().detections {
                     let p_camera = inverse_transform(&x_odom_camera, &d.p_odom);
-                    let on_robot =
-                        is_robot(truth.truth(), &observation.intrinsics, &p_camera, d.radius);
+                    let on_robot = is_robot(truth.truth(), &observation.intrinsics, &p_camera, d.radius);
                     assert!(!on_robot, "tree {tree}, {} s", observation.time);
                     seen += 1;
                 }

@@ -1,5 +1,5 @@
-//! `cargo xtask check-combinations`: every preset with the first three cameras and every controller, every other camera with one preset and
-//! every controller, and every other robot with every preset and every controller, one short episode each.
+//! `cargo xtask check-combinations`: every preset with each of the first three cameras and with every other robot, each pair under the expert and one other controller, which take turns; every other camera with
+//! one preset and every controller. One short episode each.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -12,8 +12,7 @@ use orchard_tasks::harvest::episode::Outcome;
 use orchard_tasks::harvest::{WorldFactory, run_episode};
 use rayon::prelude::*;
 
-/// Runs a short episode of every preset with three cameras and every controller, of the other cameras with one preset each, and of every other
-/// robot with every preset and controller.
+/// Runs a short episode of every preset with three cameras and with every other robot, under the expert and one other controller in turn, and of the other cameras with one preset each and every controller.
 #[derive(clap::Args)]
 #[command(
     after_help = "An episode is one tree of the first tuning seed. The command fails if a scenario cannot be resolved, a world cannot be built\n\
@@ -28,6 +27,9 @@ pub struct Args {
 /// Default length of an episode \[s\], our own choice: long enough for a controller to reach for a first fruit.
 const SECONDS: f64 = 4.0;
 
+/// Controller that is tried with every pair.
+const EXPERT: &str = "expert";
+
 /// Number of cameras that are tried with every preset.
 const EVERYWHERE: usize = 3;
 
@@ -41,16 +43,22 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 fn check(seconds: f64) -> Result<usize, Failure> {
     let mut combinations = Vec::new();
     let usual = SceneNames::paper();
+    let others_than_expert: Vec<String> =
+        controllers().iter().map(|kind| kind.name().to_owned()).filter(|name| name != EXPERT).collect();
     for (number, preset) in presets().into_iter().enumerate() {
         // Large images take long: a camera after the first three is tried with one preset, each with another.
         let tried = |camera: usize| camera < EVERYWHERE || camera % presets().len() == number;
-        for controller in controllers() {
-            let with =
-                |robot: &str, camera: &str| [preset, robot, camera, controller.name()].map(str::to_owned);
-            let here = cameras().into_iter().enumerate().filter(|(camera, _)| tried(*camera));
-            combinations.extend(here.map(|(_, camera)| with(&usual.robot, camera)));
-            let others = robots().into_iter().filter(|robot| *robot != usual.robot);
-            combinations.extend(others.map(|robot| with(robot, &usual.camera)));
+        let here = cameras().into_iter().enumerate().filter(|(camera, _)| tried(*camera));
+        let cameras = here.map(|(camera, name)| ((usual.robot.as_str(), name), camera >= EVERYWHERE));
+        let others = robots().into_iter().filter(|robot| *robot != usual.robot);
+        let pairs = cameras.chain(others.map(|robot| ((robot, usual.camera.as_str()), false)));
+        for (turn, ((robot, camera), with_all)) in pairs.enumerate() {
+            let in_turn = (number + turn) % others_than_expert.len();
+            let chosen =
+                others_than_expert.iter().enumerate().filter(|(other, _)| with_all || *other == in_turn);
+            for controller in std::iter::once(EXPERT).chain(chosen.map(|(_, name)| name.as_str())) {
+                combinations.push([preset, robot, camera, controller].map(str::to_owned));
+            }
         }
     }
     let bar = ProgressBar::new(combinations.len() as u64).with_style(

@@ -85,11 +85,8 @@ impl Sensor {
     pub fn capture(&self, scene: &Scene, x_world_camera: &Pose, key: ImageKey) -> Capture {
         let seen = self.exposure(x_world_camera).draw(scene);
         let measured = self.measure(&seen.depth, key);
-        let truth = if self.sees_what_it_shows() {
-            self.in_range(seen)
-        } else {
-            self.truth(scene, x_world_camera)
-        };
+        let truth =
+            if self.sees_what_it_shows() { self.in_range(seen) } else { self.truth(scene, x_world_camera) };
         Capture { measured, truth }
     }
 
@@ -132,8 +129,7 @@ impl Sensor {
     /// Draws the truth of an image ([`Capture::truth`]).
     pub fn truth(&self, scene: &Scene, x_world_camera: &Pose) -> Frame {
         let (near, far) = EVERYWHERE;
-        let exposure =
-            Exposure { intrinsics: self.intrinsics, x_world_camera: *x_world_camera, near, far };
+        let exposure = Exposure { intrinsics: self.intrinsics, x_world_camera: *x_world_camera, near, far };
         self.in_range(exposure.draw(scene))
     }
 

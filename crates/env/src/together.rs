@@ -51,7 +51,8 @@ impl Crew<'_> {
         });
         self.is_under_way = false;
         let due = self.members.iter_mut().filter(|member| member.stepping.is_image_due());
-        let mut worlds: Vec<_> = due.filter_map(|member| Some((member.lane, member.slot.world_mut()?))).collect();
+        let mut worlds: Vec<_> =
+            due.filter_map(|member| Some((member.lane, member.slot.world_mut()?))).collect();
         if worlds.is_empty() { Ok(()) } else { mover.observe(&mut worlds).map(|_| ()) }
     }
 

@@ -19,7 +19,13 @@ const TOLERANCE: f32 = 1e-5;
 /// Share of a pixel by which a ray may pass beside a silhouette on the device.
 const BESIDE: f64 = 1e-3;
 
-fn exposure(width: usize, height: usize, fov: f64, x_world_camera: Pose, (near, far): (f64, f64)) -> Exposure {
+fn exposure(
+    width: usize,
+    height: usize,
+    fov: f64,
+    x_world_camera: Pose,
+    (near, far): (f64, f64),
+) -> Exposure {
     let intrinsics = Intrinsics::from_vertical_fov(width, height, fov);
     Exposure { intrinsics, x_world_camera, near, far }
 }
@@ -50,13 +56,16 @@ fn compare(scene: &Scene, exposure: &Exposure, device: &Frame) -> (usize, usize)
             around.extend(moved);
         }
         let (u, v) = (i % k.width, i / k.width);
-        let of = |frame: &Frame| (frame.depth.pixels()[i], frame.label.pixels()[i], frame.instance.pixels()[i]);
+        let of =
+            |frame: &Frame| (frame.depth.pixels()[i], frame.label.pixels()[i], frame.instance.pixels()[i]);
         // Two surfaces at one depth, such as the balls at a joint of wood: either is right.
         let is_shown = |item: &&Item| (item.label, item.instance) == (of(device).1, of(device).2);
         let alone = Scene { items: scene.items.iter().filter(is_shown).cloned().collect() };
-        let is_there = || agrees(&exposure.draw(&alone), i) && (of(device).0 - of(&here).0).abs() <= TOLERANCE;
+        let is_there =
+            || agrees(&exposure.draw(&alone), i) && (of(device).0 - of(&here).0).abs() <= TOLERANCE;
         // A surface seen at a glancing angle: its depth is between those beside.
-        let zs = || around.iter().filter(|f| of(f).1 == of(device).1 && of(f).2 == of(device).2).map(|f| of(f).0);
+        let zs =
+            || around.iter().filter(|f| of(f).1 == of(device).1 && of(f).2 == of(device).2).map(|f| of(f).0);
         let is_between = zs().any(|z| z <= of(device).0) && zs().any(|z| z >= of(device).0);
         let explained = is_between || around.iter().any(|frame| agrees(frame, i)) || is_there();
         assert!(explained, "({u}, {v}): {:?} on the device, {:?} here", of(device), of(&here));
@@ -75,7 +84,8 @@ fn images_of_worlds_are_those_of_the_processor() {
         .map(|preset| World::new(Arc::new(Spec::preset(preset)), robot.clone(), 4, 0).unwrap())
         .collect();
     let scenes: Vec<Scene> = worlds.iter().map(World::scene).collect();
-    let eyes = [[-0.7, 0.2, 1.1], [0.9, -0.4, 1.6]].map(|eye| look_at(&eye.into(), &Vec3::new(0.0, 0.0, 1.0)));
+    let eyes =
+        [[-0.7, 0.2, 1.1], [0.9, -0.4, 1.6]].map(|eye| look_at(&eye.into(), &Vec3::new(0.0, 0.0, 1.0)));
     let mut views = Vec::new();
     for (world, scene) in worlds.iter().zip(&scenes) {
         let [a, b] = eyes;
@@ -153,7 +163,10 @@ fn images_of_shapes_around_the_camera_are_those_of_the_processor() {
         .map(|scene| {
             let p = 0.2 * direction(&mut rng);
             let x_world_camera = Pose::from_parts(p.into(), rotation(&mut rng));
-            View { subject: Subject::Scene(scene), exposure: Exposure { intrinsics: k, x_world_camera, near: 0.1, far: 2.5 } }
+            View {
+                subject: Subject::Scene(scene),
+                exposure: Exposure { intrinsics: k, x_world_camera, near: 0.1, far: 2.5 },
+            }
         })
         .collect();
     let frames = ImageBatch::new(&gpu).frames(&views).unwrap();
@@ -186,7 +199,10 @@ fn company_and_parts_change_no_bit_of_an_image() {
     assert!(together[5].instance.pixels().iter().all(|instance| *instance == NO_INSTANCE));
     let small = Gpu::open_with(Choice::Any, 1 << 18).unwrap();
     assert_eq!(ImageBatch::new(&small).frames(&views).unwrap(), together);
-    let large = View { subject: Subject::Scene(&scenes[0]), exposure: exposure(400, 350, 1.0, Pose::identity(), (0.1, 4.0)) };
+    let large = View {
+        subject: Subject::Scene(&scenes[0]),
+        exposure: exposure(400, 350, 1.0, Pose::identity(), (0.1, 4.0)),
+    };
     let refused = ImageBatch::new(&small).frames(&[large]).unwrap_err();
     assert!(matches!(refused, GpuError::TooLarge { what: "bytes in one buffer", .. }), "{refused}");
 }

@@ -31,9 +31,9 @@ mod batch;
 mod batch_tests;
 mod buffers;
 mod device;
-mod images;
 #[cfg(test)]
 mod image_tests;
+mod images;
 mod laws;
 mod layout;
 mod memory;

@@ -58,7 +58,8 @@ impl Eyes {
         worlds: &[(usize, &mut World)],
         sights: &[Option<Sight>],
     ) -> Result<Vec<Option<DepthImage>>, GpuError> {
-        let there = || worlds.iter().zip(sights).filter_map(|((place, _), sight)| Some((*place, sight.as_ref()?)));
+        let there =
+            || worlds.iter().zip(sights).filter_map(|((place, _), sight)| Some((*place, sight.as_ref()?)));
         for (place, sight) in there() {
             self.images.keep(place, &sight.visible);
         }

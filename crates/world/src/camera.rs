@@ -1,6 +1,8 @@
 //! Images of a world's wrist camera, with their ground truth.
 
-use orchard_camera::{Capture, Exposure, Frame, FruitView, ImageKey, MovingScene, Scene, Sensor, fruit_views};
+use orchard_camera::{
+    Capture, Exposure, Frame, FruitView, ImageKey, MovingScene, Scene, Sensor, fruit_views,
+};
 use orchard_geometry::{DepthImage, Pose};
 use orchard_multibody::{Data, Motion};
 use orchard_spec::Spec;

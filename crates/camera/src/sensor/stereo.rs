@@ -72,12 +72,11 @@ fn ramped(disparity: Image<f32>, radius: usize, limit: f32) -> Image<f32> {
     if radius == 0 {
         return disparity;
     }
-    let (width, height) = (disparity.width(), disparity.height());
+    let width = disparity.width();
     // Number, sum and sum of squares.
     let of = |&d: &f32| if d > 0.0 { [1.0, d, d * d] } else { [0.0; 3] };
     let own: Vec<[f32; 3]> = disparity.pixels().iter().map(of).collect();
-    let rows = sums_along(&own, (width, height), radius, |along, line| line * width + along);
-    let sums = sums_along(&rows, (height, width), radius, |along, line| along * width + line);
+    let sums = sums_of_columns(&sums_of_rows(&own, width, radius), width, radius);
     let mut out = disparity;
     for (d, [n, sum, squares]) in out.pixels_mut().iter_mut().zip(sums) {
         if *d > 0.0 {
@@ -89,23 +88,36 @@ fn ramped(disparity: Image<f32>, radius: usize, limit: f32) -> Image<f32> {
     out
 }
 
-/// Sums over the pixels within `radius` along lines of an image: `length` pixels in each of `lines` lines, at `index(along, line)`.
-fn sums_along(
-    from: &[[f32; 3]],
-    (length, lines): (usize, usize),
-    radius: usize,
-    index: impl Fn(usize, usize) -> usize,
-) -> Vec<[f32; 3]> {
+/// Sums over the pixels within `radius` of each along its row, from left to right.
+fn sums_of_rows(from: &[[f32; 3]], width: usize, radius: usize) -> Vec<[f32; 3]> {
     let mut out = vec![[0.0; 3]; from.len()];
-    for line in 0..lines {
-        for along in 0..length {
-            let sum = &mut out[index(along, line)];
-            for k in along.saturating_sub(radius)..=(along + radius).min(length - 1) {
-                sum.iter_mut().zip(from[index(k, line)]).for_each(|(sum, x)| *sum += x);
-            }
+    for (row, out) in from.chunks_exact(width.max(1)).zip(out.chunks_exact_mut(width.max(1))) {
+        // Whole rows at once, which processors do fast.
+        for left in (1..=radius).rev().filter(|left| *left < width) {
+            add(&mut out[left..], &row[..width - left]);
+        }
+        for right in (0..=radius).filter(|right| *right < width) {
+            add(&mut out[..width - right], &row[right..]);
         }
     }
     out
+}
+
+/// Sums over the pixels within `radius` of each along its column, from above.
+fn sums_of_columns(from: &[[f32; 3]], width: usize, radius: usize) -> Vec<[f32; 3]> {
+    let mut out = vec![[0.0; 3]; from.len()];
+    let rows: Vec<&[[f32; 3]]> = from.chunks_exact(width.max(1)).collect();
+    for (v, out) in out.chunks_exact_mut(width.max(1)).enumerate() {
+        for row in &rows[v.saturating_sub(radius)..rows.len().min(v + radius + 1)] {
+            add(out, row);
+        }
+    }
+    out
+}
+
+/// Adds numbers to others.
+fn add(to: &mut [[f32; 3]], numbers: &[[f32; 3]]) {
+    to.as_flattened_mut().iter_mut().zip(numbers.as_flattened()).for_each(|(sum, x)| *sum += x);
 }
 
 /// Disparity of each pixel \[px\], 0 where there is no surface.

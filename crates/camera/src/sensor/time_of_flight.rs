@@ -78,23 +78,35 @@ impl Light {
             (0..=reach).map(|k| math::exp(-0.5 * (k as f64 / sd) * (k as f64 / sd))).collect();
         let total: f64 = weights[0] + 2.0 * weights[1..].iter().sum::<f64>();
         weights.iter_mut().for_each(|w| *w /= total);
-        let along = |from: &[[f64; 3]], length: usize, at: usize, first: usize, step: usize| {
-            let mut sum = [0.0; 3];
-            for (k, weight) in weights.iter().enumerate() {
-                let sides = if k == 0 { [Some(at), None] } else { [at.checked_sub(k), Some(at + k)] };
-                for there in sides.into_iter().flatten().filter(|&there| there < length) {
-                    let value = &from[first + there * step];
-                    sum.iter_mut().zip(value).for_each(|(sum, x)| *sum += weight * x);
+        let Self { width, height, sums } = self;
+        let (width, height) = (*width, *height);
+        let mut rows = vec![[0.0; 3]; sums.len()];
+        for (row, out) in sums.chunks_exact(width.max(1)).zip(rows.chunks_exact_mut(width.max(1))) {
+            // Whole rows at once, which processors do fast: for each distance the pixels to the left, then those to the right.
+            for (k, weight) in weights.iter().enumerate().filter(|(k, _)| *k < width) {
+                add(&mut out[k..], *weight, &row[..width - k]);
+                if k > 0 {
+                    add(&mut out[..width - k], *weight, &row[k..]);
                 }
             }
-            sum
-        };
-        let (width, height) = (self.width, self.height);
-        let pixels = |f: &dyn Fn(usize, usize) -> [f64; 3]| -> Vec<[f64; 3]> {
-            (0..height).flat_map(|v| (0..width).map(move |u| (u, v))).map(|(u, v)| f(u, v)).collect()
-        };
-        let rows = pixels(&|u, v| along(&self.sums, width, u, v * width, 1));
-        let sums = pixels(&|u, v| along(&rows, height, v, u, width));
+        }
+        let mut sums = vec![[0.0; 3]; rows.len()];
+        for (v, out) in sums.chunks_exact_mut(width.max(1)).enumerate() {
+            let row = |v: usize| &rows[v * width..(v + 1) * width];
+            for (k, weight) in weights.iter().enumerate() {
+                if k <= v {
+                    add(out, *weight, row(v - k));
+                }
+                if k > 0 && v + k < height {
+                    add(out, *weight, row(v + k));
+                }
+            }
+        }
         Self { width, height, sums }
     }
+}
+
+/// Adds numbers times a weight to others.
+fn add(to: &mut [[f64; 3]], weight: f64, numbers: &[[f64; 3]]) {
+    to.as_flattened_mut().iter_mut().zip(numbers.as_flattened()).for_each(|(sum, x)| *sum += weight * x);
 }

@@ -194,8 +194,7 @@ impl ImageBatch {
             }
         }
         let (kept, meshes) = (&self.kept, &self.meshes);
-        let packed: Vec<Packed> =
-            views.par_chunks(PACKED).map(|views| pack(views, kept, meshes)).collect();
+        let packed: Vec<Packed> = views.par_chunks(PACKED).map(|views| pack(views, kept, meshes)).collect();
         let mut sizes = Sizes {
             views: views.len(),
             solids: kept.room(),
@@ -210,7 +209,11 @@ impl ImageBatch {
                 Subject::Scene(_) => (sizes.solids, *solids),
                 Subject::Kept { place, .. } => (kept.first(place), kept.solids(place)),
             };
-            headers.push(Header { first: first as u32, count: count as u32, ..header(view, wants_items, sizes) });
+            headers.push(Header {
+                first: first as u32,
+                count: count as u32,
+                ..header(view, wants_items, sizes)
+            });
             sizes.solids += solids;
             sizes.posed += count;
             sizes.bodies += bodies;
@@ -303,7 +306,8 @@ impl ImageBatch {
 
     /// Checks sizes against the limits of the adapter.
     fn check(&self, views: &[View<'_>], sizes: Sizes, most: usize) -> Result<(), GpuError> {
-        let longest = views.iter().map(size_of_view).map(|(width, height)| width.max(height)).max().unwrap_or(0);
+        let longest =
+            views.iter().map(size_of_view).map(|(width, height)| width.max(height)).max().unwrap_or(0);
         let most_groups = self.gpu.device.limits().max_compute_workgroups_per_dimension as usize;
         let bodies = views.iter().map(|view| bodies_of(view).len()).max().unwrap_or(0);
         let groups = views.iter().map(|view| tiles(size_of_view(view))).max().unwrap_or(0);
@@ -395,5 +399,6 @@ fn tiles((width, height): (usize, usize)) -> usize {
 }
 
 fn image<T>(width: usize, height: usize, pixels: Vec<T>) -> Image<T> {
-    Image::from_pixels(width, height, pixels).unwrap_or_else(|| unreachable!("the ranges are those of the images"))
+    Image::from_pixels(width, height, pixels)
+        .unwrap_or_else(|| unreachable!("the ranges are those of the images"))
 }

@@ -49,7 +49,10 @@ pub(crate) fn moving_scene(spec: &Spec, parts: &Parts, robot: &RobotModel) -> Mo
     let mut instances = 0..;
     for (link, body) in robot.articulation().links.iter().zip(first_link..) {
         let shapes = link.shapes.iter().zip(instances.by_ref());
-        scene.extend(body, shapes.map(|(s, instance)| shape(&s.shape, s.x_link_shape, Label::Robot, instance)));
+        scene.extend(
+            body,
+            shapes.map(|(s, instance)| shape(&s.shape, s.x_link_shape, Label::Robot, instance)),
+        );
     }
     scene.extend(STILL, scenery::items(&parts.struts));
     scene
@@ -65,9 +68,10 @@ impl World {
     pub(crate) fn x_world_visible(&self, data: &Data) -> Vec<Pose> {
         let parts = &self.parts;
         let segments = parts.tree.bodies.iter().map(|&body| *data.x_world_body(body));
-        let fruit = parts.fruit.points.iter().map(|point| {
-            Pose::from_parts(data.point_p_world[point.index()].into(), Rotation::identity())
-        });
+        let fruit =
+            parts.fruit.points.iter().map(|point| {
+                Pose::from_parts(data.point_p_world[point.index()].into(), Rotation::identity())
+            });
         let links = parts.handle.bodies.iter().map(|&body| *data.x_world_body(body));
         std::iter::once(Pose::identity()).chain(segments).chain(fruit).chain(links).collect()
     }

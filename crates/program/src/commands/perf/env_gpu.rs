@@ -88,9 +88,8 @@ fn rows_of(name: &str, case: &Case<'_>, target: Option<f64>) -> anyhow::Result<[
         for _ in 0..steps {
             let actions: Vec<f32> =
                 (0..envs as usize * size).map(|_| draws.uniform(-1.0, 1.0) as f32).collect();
-            let goes_on: Vec<bool> = (0..envs as usize)
-                .map(|k| !(env.report(k).terminated || env.report(k).truncated))
-                .collect();
+            let goes_on: Vec<bool> =
+                (0..envs as usize).map(|k| !(env.report(k).terminated || env.report(k).truncated)).collect();
             env.step(&actions, &goes_on)?;
         }
         if round > 0 {

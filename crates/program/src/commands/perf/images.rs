@@ -63,10 +63,10 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
     rows.extend(rows_of(&gpu, &sights, "images.depth_128", &views, rounds, &note, SMALL, false)?);
     rows.extend(rows_of(&gpu, &sights, "images.labels_128", &views, rounds, &note, SMALL, true)?);
     let sensor = Sensor::new(&spec_of("d435i")?);
-    let views: Vec<View<'_>> = (0..stereo)
-        .map(|k| View { subject: subject(k), exposure: sensor.exposure(&place(k)) })
-        .collect();
-    let note = format!("{stereo} images of d435i, {} x {}", sensor.intrinsics().width, sensor.intrinsics().height);
+    let views: Vec<View<'_>> =
+        (0..stereo).map(|k| View { subject: subject(k), exposure: sensor.exposure(&place(k)) }).collect();
+    let note =
+        format!("{stereo} images of d435i, {} x {}", sensor.intrinsics().width, sensor.intrinsics().height);
     rows.extend(rows_of(&gpu, &sights, "images.d435i_exact", &views, rounds, &note, STEREO, false)?);
     let (mut batch, mut rates) = (keeping(&gpu, &sights), Vec::new());
     for round in 0..=rounds {
