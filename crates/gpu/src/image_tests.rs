@@ -2,20 +2,22 @@
 
 use std::sync::Arc;
 
-use orchard_camera::blade::BladeMesh;
 use orchard_camera::picture::look_at;
-use orchard_camera::{Exposure, Frame, Geometry, Item, Label, MovingScene, NO_INSTANCE, Scene};
-use orchard_geometry::{ConvexHull, HeightField, Intrinsics, Pose, Rotation, Shape, Vec3, rotation_from_z};
+use orchard_camera::{Exposure, Frame, Item, Label, MovingScene, NO_INSTANCE, Scene};
+use orchard_geometry::{Intrinsics, Pose, Vec3};
 use orchard_robot::RobotModel;
 use orchard_spec::{Preset, Purpose, Spec, Stream};
 use orchard_world::World;
 
 use crate::device::{Choice, Gpu, GpuError};
 use crate::images::{ImageBatch, Subject, View};
+use crate::shapes::{direction, rotation, shapes};
 use crate::testing::device;
 
 /// Largest difference of the depths of one surface, over the depth.
 const TOLERANCE: f32 = 1e-5;
+/// Number of random shapes in a scene.
+const SHAPES: u32 = 5;
 /// Share of a pixel by which a ray may pass beside a silhouette on the device.
 const BESIDE: f64 = 1e-3;
 
@@ -74,6 +76,23 @@ fn compare(scene: &Scene, exposure: &Exposure, device: &Frame) -> (usize, usize)
     (valid, beside)
 }
 
+/// Compares images of scenes: at most one pixel in a thousand may differ, of at least `least` that show something.
+fn assert_alike<'a>(images: impl Iterator<Item = ((&'a Scene, Exposure), &'a Frame)>, least: usize) {
+    let (mut valid, mut beside) = (0, 0);
+    for ((scene, exposure), frame) in images {
+        let (shown, differ) = compare(scene, &exposure, frame);
+        (valid, beside) = (valid + shown, beside + differ);
+    }
+    assert!(valid > least && beside * 1000 <= valid, "{beside} of {valid}");
+}
+
+fn scene_of<'a>(view: &View<'a>) -> &'a Scene {
+    match view.subject {
+        Subject::Scene(scene) => scene,
+        Subject::Kept { .. } => panic!("the view shows no scene of its own"),
+    }
+}
+
 /// Worlds of several kinds with the robot near the tree, seen from its wrist and from beside, by narrow and wide lenses.
 #[test]
 fn images_of_worlds_are_those_of_the_processor() {
@@ -98,13 +117,7 @@ fn images_of_worlds_are_those_of_the_processor() {
         }
     }
     let frames = ImageBatch::new(&gpu).frames(&views).unwrap();
-    let (mut valid, mut beside) = (0, 0);
-    for (view, frame) in views.iter().zip(&frames) {
-        let Subject::Scene(scene) = view.subject else { unreachable!() };
-        let (shown, differ) = compare(scene, &view.exposure, frame);
-        (valid, beside) = (valid + shown, beside + differ);
-    }
-    assert!(valid > 40_000 && beside * 1000 <= valid, "{beside} of {valid}");
+    assert_alike(views.iter().map(|view| (scene_of(view), view.exposure)).zip(&frames), 40_000);
     let depths = ImageBatch::new(&gpu).depths(&views).unwrap();
     assert!(frames.iter().zip(&depths).all(|(frame, depth)| frame.depth == *depth));
 }
@@ -116,13 +129,13 @@ fn kept_scenes_are_drawn_as_their_bodies_stand() {
     let mut rng = Stream::new(7, 0, Purpose::Test);
     let mut batch = ImageBatch::new(&gpu);
     let k = Intrinsics { width: 48, height: 40, fx: 30.0, fy: 41.0, cx: 20.3, cy: 22.8 };
-    let (mut valid, mut beside) = (0, 0);
+    let mut all = Vec::new();
     for round in 0..12 {
         let places = [2, 0, round % 5];
         let scenes = places.map(|place| {
             let mut moving = MovingScene::default();
             for body in 0..1 + round as u32 {
-                moving.extend(body, shapes(&mut rng).items);
+                moving.extend(body, shapes(&mut rng, SHAPES).items);
             }
             let moving = Arc::new(moving);
             batch.keep(place, &moving);
@@ -138,17 +151,14 @@ fn kept_scenes_are_drawn_as_their_bodies_stand() {
             .collect();
         let x_world_camera = Pose::from_parts((0.2 * direction(&mut rng)).into(), rotation(&mut rng));
         let exposure = Exposure { intrinsics: k, x_world_camera, near: 0.1, far: 2.5 };
-        let scene = Scene { items: shapes(&mut rng).items };
+        let scene = shapes(&mut rng, SHAPES);
         let kept = |i: usize| Subject::Kept { place: places[i], x_world_body: &poses[i] };
         let subjects = [kept(0), Subject::Scene(&scene), kept(1), kept(2)];
         let frames = batch.frames(&subjects.map(|subject| View { subject, exposure })).unwrap();
         let [a, b, c] = [0, 1, 2].map(|i| scenes[last(i)].posed(&poses[i]));
-        for (scene, frame) in [a, scene.clone(), b, c].iter().zip(&frames) {
-            let (shown, differ) = compare(scene, &exposure, frame);
-            (valid, beside) = (valid + shown, beside + differ);
-        }
+        all.extend([a, scene.clone(), b, c].into_iter().map(|scene| (scene, exposure)).zip(frames));
     }
-    assert!(valid > 20_000 && beside * 1000 <= valid, "{beside} of {valid}");
+    assert_alike(all.iter().map(|((scene, exposure), frame)| ((scene, *exposure), frame)), 20_000);
 }
 
 /// Random shapes all around the camera: through its plane, behind it, about it.
@@ -156,7 +166,7 @@ fn kept_scenes_are_drawn_as_their_bodies_stand() {
 fn images_of_shapes_around_the_camera_are_those_of_the_processor() {
     let Some(gpu) = device() else { return };
     let mut rng = Stream::new(5, 0, Purpose::Test);
-    let scenes: Vec<Scene> = (0..150).map(|_| shapes(&mut rng)).collect();
+    let scenes: Vec<Scene> = (0..150).map(|_| shapes(&mut rng, SHAPES)).collect();
     let k = Intrinsics { width: 48, height: 40, fx: 30.0, fy: 41.0, cx: 20.3, cy: 22.8 };
     let views: Vec<View<'_>> = scenes
         .iter()
@@ -170,13 +180,7 @@ fn images_of_shapes_around_the_camera_are_those_of_the_processor() {
         })
         .collect();
     let frames = ImageBatch::new(&gpu).frames(&views).unwrap();
-    let (mut valid, mut beside) = (0, 0);
-    for (view, frame) in views.iter().zip(&frames) {
-        let Subject::Scene(scene) = view.subject else { unreachable!() };
-        let (shown, differ) = compare(scene, &view.exposure, frame);
-        (valid, beside) = (valid + shown, beside + differ);
-    }
-    assert!(valid > 50_000 && beside * 1000 <= valid, "{beside} of {valid}");
+    assert_alike(views.iter().map(|view| (scene_of(view), view.exposure)).zip(&frames), 50_000);
 }
 
 /// An image has the same bits alone, among others, and drawn in several parts; views without items or pixels are allowed.
@@ -184,7 +188,7 @@ fn images_of_shapes_around_the_camera_are_those_of_the_processor() {
 fn company_and_parts_change_no_bit_of_an_image() {
     let Some(gpu) = device() else { return };
     let mut rng = Stream::new(6, 0, Purpose::Test);
-    let scenes: Vec<Scene> = (0..5).map(|_| shapes(&mut rng)).chain([Scene::default()]).collect();
+    let scenes: Vec<Scene> = (0..5).map(|_| shapes(&mut rng, SHAPES)).chain([Scene::default()]).collect();
     let view = |(i, scene)| View {
         subject: Subject::Scene(scene),
         exposure: exposure(40 * i, 90, 1.0, Pose::identity(), (0.1, 4.0)),
@@ -205,44 +209,4 @@ fn company_and_parts_change_no_bit_of_an_image() {
     };
     let refused = ImageBatch::new(&small).frames(&[large]).unwrap_err();
     assert!(matches!(refused, GpuError::TooLarge { what: "bytes in one buffer", .. }), "{refused}");
-}
-
-/// A scene of one shape of each kind.
-fn shapes(rng: &mut Stream) -> Scene {
-    let mesh = Arc::new(BladeMesh::from_spec(&Spec::paper().foliage));
-    let mut scene = Scene::default();
-    for i in 0..5 {
-        let size = rng.uniform(0.02, 0.6);
-        let geometry = match rng.integer(0, 6) {
-            0 => Geometry::Shape(Shape::Sphere { radius: size }),
-            1 => Geometry::Shape(Shape::Capsule { radius: 0.3 * size, length: rng.uniform(0.0, 2.0) }),
-            2 => Geometry::Shape(Shape::Box { half: Vec3::from_fn(|_, _| rng.uniform(0.01, 0.5)) }),
-            3 => Geometry::Blade { mesh: mesh.clone(), length: 2.0 * size, width: size },
-            4 => Geometry::Shape(Shape::HalfSpace),
-            5 => {
-                let cloud: Vec<Vec3> = (0..12).map(|_| direction(rng) * size).collect();
-                Geometry::Shape(Shape::ConvexHull(Arc::new(ConvexHull::new(&cloud).unwrap())))
-            }
-            _ => {
-                let heights = (0..30).map(|_| rng.uniform(-0.1, 0.1)).collect();
-                let field = HeightField::new(5, 6, [0.3 * size, 0.4 * size], heights).unwrap();
-                Geometry::Shape(Shape::HeightField(Arc::new(field)))
-            }
-        };
-        let p = direction(rng) * rng.uniform(0.0, 1.5);
-        scene.push(geometry, Pose::from_parts(p.into(), rotation(rng)), Label::Wood, i);
-    }
-    scene
-}
-
-fn direction(rng: &mut Stream) -> Vec3 {
-    let z = rng.uniform(-1.0, 1.0);
-    let (sin, cos) = orchard_geometry::math::sin_cos(rng.uniform(-3.2, 3.2));
-    let beside = (1.0 - z * z).sqrt();
-    Vec3::new(beside * cos, beside * sin, z)
-}
-
-fn rotation(rng: &mut Stream) -> Rotation {
-    let twist = rng.uniform(-3.2, 3.2);
-    rotation_from_z(&direction(rng)) * Rotation::from_axis_angle(&Vec3::z_axis(), twist)
 }

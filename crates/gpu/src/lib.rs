@@ -47,6 +47,9 @@ mod robots;
 mod rules;
 mod schedule;
 mod shader;
+#[cfg(test)]
+#[path = "../../camera/tests/suite/common/shapes.rs"]
+mod shapes;
 mod solver;
 #[cfg(test)]
 mod stem_tests;

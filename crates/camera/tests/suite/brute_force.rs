@@ -3,23 +3,14 @@
 use super::common;
 use super::ray_cast;
 
-use common::direction;
-use orchard_camera::{
-    Frame, Geometry, Label, NO_INSTANCE, Scene, blade::BladeMesh, picture::look_at, render,
-};
-use orchard_geometry::{ConvexHull, HeightField, Intrinsics, Pose, Rotation, Shape, Vec3, rotation_from_z};
-use orchard_spec::{Purpose, Spec, Stream};
+use common::shapes::{direction, rotation, shapes};
+use orchard_camera::{Frame, Label, NO_INSTANCE, Scene, picture::look_at, render};
+use orchard_geometry::{Intrinsics, Pose, Vec3};
+use orchard_spec::{Purpose, Stream};
 use ray_cast::RayCaster;
-use std::sync::Arc;
 
 /// Agreement asked of two float implementations at metres of range, f32 output \[m\].
 const TOLERANCE: f64 = 1e-5;
-
-/// A uniformly distributed rotation.
-fn rotation(rng: &mut Stream) -> Rotation {
-    let twist = rng.uniform(-3.2, 3.2);
-    rotation_from_z(&direction(rng)) * Rotation::from_axis_angle(&Vec3::z_axis(), twist)
-}
 
 /// Compares every pixel; a ray that grazes a silhouette within rounding may differ, and is counted instead.
 fn compare(scene: &Scene, k: &Intrinsics, x: &Pose, near: f64, far: f64) -> (usize, usize) {
@@ -74,31 +65,9 @@ fn orchard_scenes_agree() {
 fn random_shapes_around_the_camera_agree() {
     let k = Intrinsics { width: 48, height: 40, fx: 30.0, fy: 41.0, cx: 20.3, cy: 22.8 };
     let mut rng = Stream::new(5, 0, Purpose::Test);
-    let mesh = Arc::new(BladeMesh::from_spec(&Spec::paper().foliage));
     let (mut grazing, mut valid) = (0, 0);
     for _ in 0..300 {
-        let mut scene = Scene::default();
-        for i in 0..4 {
-            let size = rng.uniform(0.02, 0.6);
-            let geometry = match rng.integer(0, 6) {
-                0 => Geometry::Shape(Shape::Sphere { radius: size }),
-                1 => Geometry::Shape(Shape::Capsule { radius: 0.3 * size, length: rng.uniform(0.0, 2.0) }),
-                2 => Geometry::Shape(Shape::Box { half: Vec3::from_fn(|_, _| rng.uniform(0.01, 0.5)) }),
-                3 => Geometry::Blade { mesh: mesh.clone(), length: 2.0 * size, width: size },
-                4 => Geometry::Shape(Shape::HalfSpace),
-                5 => {
-                    let cloud: Vec<Vec3> = (0..12).map(|_| direction(&mut rng) * size).collect();
-                    Geometry::Shape(Shape::ConvexHull(Arc::new(ConvexHull::new(&cloud).unwrap())))
-                }
-                _ => {
-                    let heights = (0..30).map(|_| rng.uniform(-0.1, 0.1)).collect();
-                    let field = HeightField::new(5, 6, [0.3 * size, 0.4 * size], heights).unwrap();
-                    Geometry::Shape(Shape::HeightField(Arc::new(field)))
-                }
-            };
-            let p = direction(&mut rng) * rng.uniform(0.0, 1.5);
-            scene.push(geometry, Pose::from_parts(p.into(), rotation(&mut rng)), Label::Wood, i);
-        }
+        let scene = shapes(&mut rng, 4);
         let x = Pose::from_parts((0.2 * direction(&mut rng)).into(), rotation(&mut rng));
         let (g, n) = compare(&scene, &k, &x, 0.1, 2.5);
         grazing += g;

@@ -5,15 +5,9 @@ use orchard_geometry::{Pose, Rotation, Shape, Vec3, rotation_from_z};
 use orchard_spec::{Purpose, Spec, Stream};
 use std::sync::Arc;
 
-/// A unit vector, uniform on the sphere.
-pub fn direction(rng: &mut Stream) -> Vec3 {
-    loop {
-        let v = Vec3::from_fn(|_, _| rng.uniform(-1.0, 1.0));
-        if (0.01..=1.0).contains(&v.norm()) {
-            return v.normalize();
-        }
-    }
-}
+pub mod shapes;
+
+pub use shapes::direction;
 
 /// Wood from `base` towards `heading` in four internodes; returns them as (base, heading, radius).
 fn limb(rng: &mut Stream, base: Vec3, heading: Vec3, length: f64, radius: f64) -> Vec<(Vec3, Vec3, f64)> {
