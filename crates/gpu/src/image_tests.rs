@@ -197,7 +197,7 @@ fn company_and_parts_change_no_bit_of_an_image() {
     let together = ImageBatch::new(&gpu).frames(&views).unwrap();
     let mut batch = ImageBatch::new(&gpu);
     for (view, frame) in views.iter().zip(&together) {
-        assert_eq!(batch.frames(std::slice::from_ref(view)).unwrap(), [frame.clone()]);
+        assert_eq!(batch.frames(std::slice::from_ref(view)).unwrap(), std::slice::from_ref(frame));
     }
     assert!(together[5].label.pixels().iter().all(|label| *label == Label::None));
     assert!(together[5].instance.pixels().iter().all(|instance| *instance == NO_INSTANCE));
