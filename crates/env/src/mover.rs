@@ -63,7 +63,8 @@ impl Mover {
                 let gpu = orchard_gpu::Gpu::open(orchard_gpu::Choice::Any).map_err(|e| device(&e))?;
                 let samples = orchard_lockstep::samples(std::slice::from_ref(scenario));
                 let crews = orchard_lockstep::Lockstep::crews(&gpu, &samples, lanes, CREWS);
-                let (crews, eyes) = (crews.map_err(|e| device(&e))?, Box::new(orchard_lockstep::Eyes::new(&gpu)));
+                let (crews, eyes) =
+                    (crews.map_err(|e| device(&e))?, Box::new(orchard_lockstep::Eyes::new(&gpu)));
                 Ok(Self::Gpu(Device { crews, eyes }))
             }
         }

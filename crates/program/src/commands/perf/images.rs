@@ -60,14 +60,22 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
         })
         .collect();
     let note = format!("{small} images {SIDE} x {SIDE} of {trees} trees, {items} items each");
-    rows.extend(rows_of(&gpu, &sights, "images.depth_128", &views, rounds, &note, Some(SMALL), false)?);
-    rows.extend(rows_of(&gpu, &sights, "images.labels_128", &views, rounds, &note, None, true)?);
+    rows.extend(rows_of(
+        keeping(&gpu, &sights),
+        "images.depth_128",
+        &views,
+        rounds,
+        &note,
+        Some(SMALL),
+        false,
+    )?);
+    rows.extend(rows_of(keeping(&gpu, &sights), "images.labels_128", &views, rounds, &note, None, true)?);
     let sensor = Sensor::new(&spec_of("d435i")?);
     let views: Vec<View<'_>> =
         (0..stereo).map(|k| View { subject: subject(k), exposure: sensor.exposure(&place(k)) }).collect();
     let note =
         format!("{stereo} images of d435i, {} x {}", sensor.intrinsics().width, sensor.intrinsics().height);
-    rows.extend(rows_of(&gpu, &sights, "images.d435i_exact", &views, rounds, &note, None, false)?);
+    rows.extend(rows_of(keeping(&gpu, &sights), "images.d435i_exact", &views, rounds, &note, None, false)?);
     let (mut batch, mut rates) = (keeping(&gpu, &sights), Vec::new());
     for round in 0..=rounds {
         let start = Instant::now();
@@ -102,8 +110,7 @@ fn keeping(gpu: &Gpu, sights: &[Sight]) -> ImageBatch {
 
 /// Rows of the device alone, and of all from scenes to images in memory.
 fn rows_of(
-    gpu: &Gpu,
-    sights: &[Sight],
+    mut batch: ImageBatch,
     name: &str,
     views: &[View<'_>],
     rounds: usize,
@@ -111,7 +118,6 @@ fn rows_of(
     target: Option<f64>,
     labels: bool,
 ) -> anyhow::Result<[Row; 2]> {
-    let mut batch = keeping(gpu, sights);
     let (mut whole, mut alone) = (Vec::new(), Vec::new());
     // The first round warms up.
     for round in 0..=rounds {
