@@ -10,8 +10,9 @@ use orchard_spec::{Preset, Purpose, Spec, Stream};
 use orchard_world::World;
 
 use crate::device::{Choice, Gpu, GpuError};
+use crate::direction::direction;
 use crate::images::{ImageBatch, Subject, View};
-use crate::shapes::{direction, rotation, shapes};
+use crate::shapes::{rotation, shapes};
 use crate::testing::device;
 
 /// Largest difference of the depths of one surface, over the depth.

@@ -3,7 +3,8 @@
 use super::common;
 use super::ray_cast;
 
-use common::shapes::{direction, rotation, shapes};
+use super::direction::direction;
+use super::shapes::{rotation, shapes};
 use orchard_camera::{Frame, Label, NO_INSTANCE, Scene, picture::look_at, render};
 use orchard_geometry::{Intrinsics, Pose, Vec3};
 use orchard_spec::{Purpose, Stream};

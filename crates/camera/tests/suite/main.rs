@@ -3,6 +3,8 @@
 mod brute_force;
 mod common;
 mod detector;
+#[path = "common/direction.rs"]
+mod direction;
 mod images;
 mod light;
 #[path = "common/ray_cast.rs"]
@@ -10,3 +12,5 @@ mod ray_cast;
 mod real_cameras;
 #[path = "common/score.rs"]
 mod score;
+#[path = "common/shapes.rs"]
+mod shapes;

@@ -1,19 +1,11 @@
-//! Random directions, rotations, and scenes of shapes of every kind. The tests of images on a graphics device include this file.
+//! Random rotations, and scenes of shapes of every kind. The tests of images on a graphics device include this file.
 
 use orchard_camera::{Geometry, Label, Scene, blade::BladeMesh};
 use orchard_geometry::{ConvexHull, HeightField, Pose, Rotation, Shape, Vec3, rotation_from_z};
 use orchard_spec::{Spec, Stream};
 use std::sync::Arc;
 
-/// A unit vector, uniform on the sphere.
-pub fn direction(rng: &mut Stream) -> Vec3 {
-    loop {
-        let v = Vec3::from_fn(|_, _| rng.uniform(-1.0, 1.0));
-        if (0.01..=1.0).contains(&v.norm()) {
-            return v.normalize();
-        }
-    }
-}
+use super::direction::direction;
 
 /// A uniformly distributed rotation.
 pub fn rotation(rng: &mut Stream) -> Rotation {
