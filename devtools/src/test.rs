@@ -157,7 +157,15 @@ fn docs() -> Result<Verdict, Failure> {
 fn window(skipped: &std::path::Path) -> Result<Verdict, Failure> {
     // With the tools, so that all other crates are those of the other steps.
     let packages = ["--package", "orchard-view", "--package", "devtools"];
-    let only = ["--features", "orchard-view/window", "--test", "window", "--quiet"];
+    let only = [
+        "--features",
+        "orchard-view/window,orchard-view/recording",
+        "--test",
+        "window",
+        "--test",
+        "recording",
+        "--quiet",
+    ];
     cargo(&[&["test"], &packages[..], &only[..]].concat(), &[(SKIPPED, skipped.as_ref())])
 }
 

@@ -7,8 +7,10 @@ use orchard_play::{Make, Session};
 use orchard_robot::Command;
 use orchard_scenario::{Changes, OptionValue, Options, Scenario, ScenarioError};
 use orchard_spec::Spec;
-use orchard_world::World;
+use orchard_tasks::protocol::Protocol;
+use orchard_world::{World, WorldError};
 
+use crate::canopy::Canopy;
 use crate::recorded::Reel;
 
 /// Name of the driver that does nothing.
@@ -23,8 +25,8 @@ const WIND: &str = "wind.speed";
 
 /// Options of a viewer.
 pub struct Setup {
-    /// Options of the scenario.
-    pub options: Options,
+    /// Options of the scenario; none for a recorded one with a part that came from a file: no other world grows of it.
+    pub options: Option<Options>,
     /// Controllers of the program.
     pub controllers: Vec<Arc<dyn ControllerKind>>,
     /// Seed of the population.
@@ -58,6 +60,8 @@ pub struct Stage {
     dials: Dials,
     scenario: Scenario,
     session: Session,
+    /// Canopy zones of the world at its start.
+    canopy: Canopy,
     /// The recorded episode on show, if it is one.
     reel: Option<Reel>,
 }
@@ -68,8 +72,9 @@ impl Stage {
     /// # Errors
     /// An option that cannot be used, or a world that cannot be built; the message names it.
     pub fn new(setup: Setup) -> Result<Self, String> {
-        let driver = setup.options.controller.as_ref().map(|given| given.value.clone());
-        let scenario = Scenario::resolve(&setup.options, &setup.controllers).map_err(told)?;
+        let options = setup.options.clone().unwrap_or_default();
+        let driver = options.controller.as_ref().map(|given| given.value.clone());
+        let scenario = Scenario::resolve(&options, &setup.controllers).map_err(told)?;
         let dials = Dials {
             preset: None,
             foliage: None,
@@ -79,12 +84,23 @@ impl Stage {
             seed: setup.seed,
             index: setup.index,
         };
-        let session = grow(&scenario, &dials)?;
-        Ok(Self { setup, dials, scenario, session, reel: None })
+        let (session, canopy) = grow(&scenario, &dials)?;
+        Ok(Self { setup, dials, scenario, session, canopy, reel: None })
     }
 
-    /// Shows a recorded episode: a world of a scenario at its start, and the commands of every frame.
-    pub fn of_recording(setup: Setup, scenario: Scenario, world: World, commands: Vec<Command>) -> Self {
+    /// Shows a recorded episode: the world of a setup's seed and index in a scenario, driven by the commands of every frame.
+    ///
+    /// # Errors
+    /// The world cannot be built.
+    pub fn of_recording(
+        setup: Setup,
+        scenario: Scenario,
+        repeat: u32,
+        commands: Vec<Command>,
+    ) -> Result<Self, String> {
+        let (seed, index) = (setup.seed, setup.index);
+        let world = scenario.world(seed, index, repeat).map_err(|e| no_world(seed, index, &e))?;
+        let canopy = canopy(&scenario, &world)?;
         let reel = Reel::new(commands, &world);
         let make = reel.make(&world);
         let dials = Dials {
@@ -96,7 +112,8 @@ impl Stage {
             seed: setup.seed,
             index: setup.index,
         };
-        Self { setup, dials, scenario, session: Session::new(world, Some(make)), reel: Some(reel) }
+        let session = Session::new(world, Some(make));
+        Ok(Self { setup, dials, scenario, session, canopy, reel: Some(reel) })
     }
 
     /// Advances one frame. Returns false, and does nothing, at the end of a recording that nobody changed.
@@ -146,8 +163,8 @@ impl Stage {
             dials.driver = self.scenario.names().controller.clone();
         }
         let scenario = resolve(&self.setup, &dials).map_err(told)?;
-        let session = grow(&scenario, &dials)?;
-        (self.scenario, self.session, self.dials, self.reel) = (scenario, session, dials, None);
+        (self.session, self.canopy) = grow(&scenario, &dials)?;
+        (self.scenario, self.dials, self.reel) = (scenario, dials, None);
         Ok(())
     }
 
@@ -192,6 +209,11 @@ impl Stage {
         &self.scenario
     }
 
+    /// Canopy zones of the world at its start.
+    pub fn canopy(&self) -> &Canopy {
+        &self.canopy
+    }
+
     /// The session.
     pub fn session(&self) -> &Session {
         &self.session
@@ -206,7 +228,7 @@ impl Stage {
     pub fn drivers(&self) -> Vec<String> {
         let mut names: Vec<String> =
             self.setup.controllers.iter().map(|kind| kind.name().to_owned()).collect();
-        if let Some(given) = &self.setup.options.controller
+        if let Some(given) = self.setup.options.as_ref().and_then(|options| options.controller.as_ref())
             && !names.contains(&given.value)
         {
             names.push(given.value.clone());
@@ -234,7 +256,10 @@ fn told(e: ScenarioError) -> String {
 /// The scenario of a setup under dials.
 fn resolve(setup: &Setup, dials: &Dials) -> Result<Scenario, ScenarioError> {
     let by_dial = |value: &str, dial: &str| Some(OptionValue::new(value, format!("the dial {dial}")));
-    let mut options = setup.options.clone();
+    let Some(mut options) = setup.options.clone() else {
+        let problem = "a part of the recorded scenario came from a file; give its options beside --recording to change it";
+        return Err(ScenarioError::new("the dials", problem));
+    };
     if let Some(preset) = &dials.preset {
         (options.config, options.tree) = (None, None);
         (options.tree_unit, options.tree_plant) = (None, None);
@@ -270,12 +295,22 @@ fn in_wind(spec: &Spec) -> Result<Spec, ScenarioError> {
     Changes { world, ..Changes::default() }.of_world(spec, "the dial wind")
 }
 
-fn grow(scenario: &Scenario, dials: &Dials) -> Result<Session, String> {
+fn grow(scenario: &Scenario, dials: &Dials) -> Result<(Session, Canopy), String> {
     let (seed, index) = (dials.seed, dials.index);
     let make = make(scenario, &dials.driver)?;
-    let world = scenario.world(seed, index, 0);
-    let world = world.map_err(|e| format!("tree {index} of seed {seed} cannot be built: {e}"))?;
-    Ok(Session::new(world, make))
+    let world = scenario.world(seed, index, 0).map_err(|e| no_world(seed, index, &e))?;
+    let canopy = canopy(scenario, &world)?;
+    Ok((Session::new(world, make), canopy))
+}
+
+/// The canopy zones of a world at its start.
+fn canopy(scenario: &Scenario, world: &World) -> Result<Canopy, String> {
+    let protocol = Protocol::of_scenario(scenario).map_err(|e| e.to_string())?;
+    Ok(Canopy::of(world, &protocol.zones))
+}
+
+fn no_world(seed: u64, index: u32, e: &WorldError) -> String {
+    format!("tree {index} of seed {seed} cannot be built: {e}")
 }
 
 /// Makes controllers of a scenario; none for [`NOBODY`].

@@ -17,7 +17,7 @@ pub use window::run;
 #[command(
     after_help = "In the window: drag a branch, a fruit or the robot to pull it; drag beside them to turn the view, with the right button or Shift to move\n\
                   it; the wheel zooms. Space pauses, `.` steps a frame, R starts again, N takes the next seed, T takes the robot over (W A S D Q E drive,\n\
-                  I J K L U O move the hand, with Shift they turn it, C closes it), F follows, 1 to 9 and 0 switch overlays, P writes a picture. The button\n\
+                  I J K L U O move the hand, with Shift they turn it, C closes it), F follows, 1 to 9, 0, Z and X switch overlays, P writes a picture. The button\n\
                   Keys lists all of them.\n\n\
                   --screenshot and --video need a graphics driver but no screen: Vulkan, Metal or DirectX 12; on Debian the package\n\
                   mesa-vulkan-drivers draws without a graphics card.\n\n\
@@ -33,7 +33,8 @@ pub struct Args {
     index: IndexArgs,
     #[command(flatten)]
     scenario: ScenarioArgs,
-    /// Overlays that are on at first, with commas between: leaves, depth, colour, detections, plan, contacts, moments, reach, frames, plots; all; none
+    /// Overlays that are on at first, with commas between: leaves, depth, colour, detections, plan, contacts, moments, reach, frames, plots, zones, stems; all;
+    /// none
     /// [default: leaves,depth,plan,plots]
     #[arg(long, value_name = "NAMES")]
     overlays: Option<String>,

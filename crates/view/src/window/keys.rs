@@ -53,7 +53,7 @@ pub const ACTIONS: [(Key, Action, &str); 12] = [
 ];
 
 /// Keys of the overlays, in their order.
-pub const OVERLAYS: [Key; 10] = [
+pub const OVERLAYS: [Key; 12] = [
     Key::Num1,
     Key::Num2,
     Key::Num3,
@@ -64,6 +64,8 @@ pub const OVERLAYS: [Key; 10] = [
     Key::Num8,
     Key::Num9,
     Key::Num0,
+    Key::Z,
+    Key::X,
 ];
 
 /// Keys by which a person drives, with words for the help.

@@ -166,8 +166,7 @@ fn switches(viewer: &mut Viewer, ui: &mut Ui) {
     Grid::new("overlays").num_columns(2).show(ui, |ui| {
         for (k, overlay) in Overlay::ALL.into_iter().enumerate() {
             let mut on = viewer.overlays.has(overlay);
-            let key = (k + 1) % Overlay::ALL.len();
-            let text = format!("{key} {}", overlay.name());
+            let text = format!("{} {}", keys::OVERLAYS[k].symbol_or_name(), overlay.name());
             if ui.checkbox(&mut on, text).on_hover_text(overlay.help()).changed() {
                 viewer.overlays.switch(overlay);
             }
@@ -176,15 +175,23 @@ fn switches(viewer: &mut Viewer, ui: &mut Ui) {
             }
         }
     });
-    if viewer.overlays.has(Overlay::Moments) {
-        legend(ui);
+    for (overlay, words) in
+        [(Overlay::Moments, "bending moment / rupture moment"), (Overlay::Stems, "stem load / strength")]
+    {
+        if viewer.overlays.has(overlay) {
+            legend(ui, words);
+        }
+    }
+    if viewer.overlays.has(Overlay::Zones) {
+        ui.label("zones: upper red, middle green, lower blue;\nfruit inside the rings dense")
+            .on_hover_text(Overlay::Zones.help());
     }
 }
 
-/// The colours of bending moments.
-fn legend(ui: &mut Ui) {
+/// The colours of a share.
+fn legend(ui: &mut Ui, words: &str) {
     const STEPS: usize = 40;
-    ui.label("bending moment / rupture moment");
+    ui.label(words);
     let (rect, _) = ui.allocate_exact_size(vec2(LEFT - 40.0, 10.0), egui::Sense::hover());
     let width = rect.width() / STEPS as f32;
     for k in 0..STEPS {
@@ -195,7 +202,7 @@ fn legend(ui: &mut Ui) {
     ui.horizontal(|ui| {
         ui.label("0");
         ui.add_space(LEFT - 96.0);
-        ui.label("1: breaks");
+        ui.label("1: gives way");
     });
 }
 
@@ -311,7 +318,7 @@ fn key_list(viewer: &Viewer, ui: &Ui, rect: Rect) {
                             row(ui, key.symbol_or_name(), words);
                         }
                     }
-                    row(ui, "1 to 9, 0", "overlays");
+                    row(ui, "1 to 9, 0, Z, X", "overlays");
                     row(ui, "arrows, Page Up, Page Down", "turn the view, zoom");
                     row(ui, "drag a branch, a fruit, the robot", "pull it");
                     row(ui, "drag beside them", "turn the view; right or Shift: move it; wheel: zoom");

@@ -393,7 +393,7 @@ impl Viewer {
         let paint = Paint { leaves: self.overlays.has(Overlay::Leaves), wood };
         let session = self.stage.session();
         session.draw(&mut self.drawing, &paint);
-        annotate(&mut self.marks, session, &self.overlays, &self.seen);
+        annotate(&mut self.marks, session, self.stage.canopy(), &self.overlays, &self.seen);
         let pixels = ui.ctx().pixels_per_point();
         let size = [rect.width() * pixels, rect.height() * pixels].map(|side| side.round() as u32);
         let world = Lists { meshes: self.drawing.meshes(), instances: self.drawing.instances() };

@@ -39,25 +39,19 @@ fn live(args: &Args, program: &Program) -> Result<Stage, Failure> {
     scenario.resolve(program)?;
     let options = scenario.options()?;
     let controllers = program.controllers().to_vec();
-    Stage::new(Setup { options, controllers, seed: args.seed, index }).map_err(Failure::BadInput)
+    Stage::new(Setup { options: Some(options), controllers, seed: args.seed, index })
+        .map_err(Failure::BadInput)
 }
 
 /// The world of a recording, driven by the recorded commands.
 #[cfg(feature = "recording")]
 fn recorded(file: &Path, args: &Args, program: &Program) -> Result<Stage, Failure> {
-    let bad = |e: &dyn std::fmt::Display| Failure::BadInput(e.to_string());
-    let recording = orchard_recording::Recording::open(file).map_err(|e| bad(&e))?;
+    let recording = orchard_recording::Recording::open(file);
+    let recording = recording.map_err(|e| Failure::BadInput(e.advised()))?;
     let config = orchard_recording::RecordingConfig::paper();
     let harvest = crate::commands::replay::harvest(&recording, &config, &args.scenario, program)?;
-    let commands = recording.commands().map_err(|e| bad(&e))?;
-    let key = &recording.header().key;
-    let at = |e: &dyn std::fmt::Display| Failure::BadInput(format!("{}: {e}", file.display()));
-    let scenario = harvest.scenario_of(&key.condition).map_err(|e| at(&e))?;
-    let world = scenario.world(key.seed, key.world, key.repeat).map_err(|e| at(&e))?;
-    let options = orchard_scenario::Options::of_names(scenario.names()).map_err(|e| at(&e))?;
-    let controllers = program.controllers().to_vec();
-    let setup = Setup { options, controllers, seed: key.seed, index: key.world };
-    Ok(Stage::of_recording(setup, scenario, world, commands))
+    let (options, controllers) = (args.scenario.options()?, program.controllers());
+    orchard_view::recorded(&recording, &harvest, options, controllers).map_err(Failure::BadInput)
 }
 
 /// Reports the missing build feature.
