@@ -200,6 +200,11 @@ impl Session {
         self.controller.as_deref()
     }
 
+    /// State of the controller, by its log; none before it tells one, and while a person drives.
+    pub fn state(&self) -> Option<State> {
+        self.state
+    }
+
     /// The set points of a person who drives.
     pub fn jog(&self) -> Option<&Jog> {
         self.jog.as_ref()

@@ -10,7 +10,9 @@ use orchard_spec::Spec;
 use orchard_tasks::protocol::Protocol;
 use orchard_world::{World, WorldError};
 
+use crate::annotate::state_name;
 use crate::canopy::Canopy;
+use crate::demonstration::{DrivenFrame, PERSON, Shelf};
 use crate::recorded::Reel;
 
 /// Name of the driver that does nothing.
@@ -64,6 +66,10 @@ pub struct Stage {
     canopy: Canopy,
     /// The recorded episode on show, if it is one.
     reel: Option<Reel>,
+    /// Keeps demonstrations, if it is asked to.
+    shelf: Option<Box<dyn Shelf>>,
+    /// Frames of a demonstration under way.
+    driven: Option<Vec<DrivenFrame>>,
 }
 
 impl Stage {
@@ -85,7 +91,7 @@ impl Stage {
             index: setup.index,
         };
         let (session, canopy) = grow(&scenario, &dials)?;
-        Ok(Self { setup, dials, scenario, session, canopy, reel: None })
+        Ok(Self { setup, dials, scenario, session, canopy, reel: None, shelf: None, driven: None })
     }
 
     /// Shows a recorded episode: the world of a setup's seed and index in a scenario, driven by the commands of every frame.
@@ -113,7 +119,7 @@ impl Stage {
             index: setup.index,
         };
         let session = Session::new(world, Some(make));
-        Ok(Self { setup, dials, scenario, session, canopy, reel: Some(reel) })
+        Ok(Self { setup, dials, scenario, session, canopy, reel: Some(reel), shelf: None, driven: None })
     }
 
     /// Advances one frame. Returns false, and does nothing, at the end of a recording that nobody changed.
@@ -124,10 +130,73 @@ impl Stage {
             return false;
         }
         self.session.step();
+        self.note();
         if let Some(reel) = &mut self.reel {
             reel.keep(&self.session, by_reel);
         }
         true
+    }
+
+    /// Notes the frame that was stepped in the demonstration under way. One in which a hand pulled is given up: its commands alone do not lead there.
+    fn note(&mut self) {
+        let Some(driven) = &mut self.driven else { return };
+        if self.session.pull().is_some() {
+            self.driven = None;
+            return;
+        }
+        let Some(command) = self.session.command().copied() else { return };
+        let state = self.session.state().map_or("", state_name);
+        let phase = if self.session.is_taken_over() { PERSON } else { state };
+        driven.push(DrivenFrame { command, phase: phase.to_owned() });
+    }
+
+    /// Keeps demonstrations on a shelf from now on.
+    pub fn keep_on(&mut self, shelf: Box<dyn Shelf>) {
+        self.shelf = Some(shelf);
+    }
+
+    /// True if demonstrations are kept.
+    pub fn has_shelf(&self) -> bool {
+        self.shelf.is_some()
+    }
+
+    /// Begins a demonstration: the world grows anew, and a person drives from its first frame.
+    ///
+    /// # Errors
+    /// A sentence that says why none can be kept: no shelf, a recording, another tree than 0, or a seed that the shelf does not take.
+    pub fn begin_demonstration(&mut self) -> Result<(), String> {
+        let Some(shelf) = &self.shelf else {
+            return Err("start the viewer with --demos DIR to keep demonstrations".to_owned());
+        };
+        if self.reel.is_some() {
+            return Err("a recorded world gives no demonstration; grow another".to_owned());
+        }
+        if self.dials.index != 0 {
+            return Err("demonstrations are of tree 0 of a seed; take another seed".to_owned());
+        }
+        shelf.check(&self.scenario, self.dials.seed)?;
+        (self.session, self.canopy) = grow(&self.scenario, &self.dials)?;
+        self.session.take_over();
+        self.driven = Some(Vec::new());
+        Ok(())
+    }
+
+    /// Ends the demonstration under way, keeps it, and returns a sentence about it.
+    ///
+    /// # Errors
+    /// A sentence that says why it cannot be kept; it goes on then.
+    pub fn end_demonstration(&mut self) -> Result<String, String> {
+        let (Some(shelf), Some(driven)) = (&mut self.shelf, &self.driven) else {
+            return Err("no demonstration is under way".to_owned());
+        };
+        let sentence = shelf.keep(&self.scenario, self.dials.seed, driven)?;
+        self.driven = None;
+        Ok(sentence)
+    }
+
+    /// Frames of the demonstration under way; none without one.
+    pub fn demonstrated_frames(&self) -> Option<usize> {
+        self.driven.as_ref().map(Vec::len)
     }
 
     /// Frames of the recording on show; `None` for a live world.
@@ -153,7 +222,7 @@ impl Stage {
         reel.seek(&mut self.session, frame)
     }
 
-    /// Grows the world that the dials ask for. If there is none, the present one stays.
+    /// Grows the world that the dials ask for, and gives a demonstration under way up. If there is none, the present one stays.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -164,7 +233,7 @@ impl Stage {
         }
         let scenario = resolve(&self.setup, &dials).map_err(told)?;
         (self.session, self.canopy) = grow(&scenario, &dials)?;
-        (self.scenario, self.dials, self.reel) = (scenario, dials, None);
+        (self.scenario, self.dials, self.reel, self.driven) = (scenario, dials, None, None);
         Ok(())
     }
 
@@ -190,8 +259,9 @@ impl Stage {
         Ok(())
     }
 
-    /// Brings the world back to its start.
+    /// Brings the world back to its start; a demonstration under way is given up.
     pub fn reset(&mut self) {
+        self.driven = None;
         // A recorded world goes back to the recorded start.
         let is_back = self.reel.is_some() && self.seek(0).is_ok();
         if !is_back {

@@ -17,7 +17,8 @@ pub use window::run;
 #[command(
     after_help = "In the window: drag a branch, a fruit or the robot to pull it; drag beside them to turn the view, with the right button or Shift to move\n\
                   it; the wheel zooms. Space pauses, `.` steps a frame, R starts again, N takes the next seed, T takes the robot over (W A S D Q E drive,\n\
-                  I J K L U O move the hand, with Shift they turn it, C closes it), F follows, 1 to 9, 0, Z and X switch overlays, P writes a picture. The button\n\
+                  I J K L U O move the hand, with Shift they turn it, C closes it), F follows, B begins a demonstration and\n\
+                  keeps it (--demos), 1 to 9, 0, Z and X switch overlays, P writes a picture. The button\n\
                   Keys lists all of them.\n\n\
                   --screenshot and --video need a graphics driver but no screen: Vulkan, Metal or DirectX 12; on Debian the package\n\
                   mesa-vulkan-drivers draws without a graphics card.\n\n\
@@ -44,6 +45,8 @@ pub struct Args {
     /// Recording (.mcap) of an episode to show instead of a live world, from the folder `recordings` of a result
     #[arg(long, value_name = "FILE.mcap", conflicts_with_all = ["seed", "index"])]
     recording: Option<PathBuf>,
+    #[command(flatten)]
+    demos: DemosArgs,
     /// Draw one picture after --frames frames into a PNG file instead of opening a window
     #[arg(long, value_name = "FILE.png", conflicts_with = "video")]
     screenshot: Option<PathBuf>,
@@ -53,6 +56,27 @@ pub struct Args {
     /// Frames of the world for --screenshot and --video, 60 a second
     #[arg(long, default_value_t = 60, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=36_000))]
     frames: u32,
+}
+
+/// Where demonstrations go that a person drives, and what is written of them.
+#[derive(clap::Args)]
+pub struct DemosArgs {
+    /// Folder for demonstrations of the harvest that you drive, in the form of `orchard demos`: new, or with demonstrations of the same scenario. B
+    /// begins one and keeps it; each seed has one, and official seeds are refused
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["recording", "index"])]
+    demos: Option<PathBuf>,
+    /// Groups of observations of --demos: state, depth, pixels [default: state,depth]
+    #[arg(long, value_name = "A,B,..", value_delimiter = ',', requires = "demos")]
+    obs: Option<Vec<String>>,
+    /// Rows and columns of the pictures of --demos [default: 128]
+    #[arg(long, value_name = "N", requires = "demos")]
+    pixels_size: Option<u32>,
+    /// Meaning of the arm's actions of --demos: joint_delta, joint_absolute, ee_delta [default: joint_delta]
+    #[arg(long, value_name = "NAME", requires = "demos")]
+    control: Option<String>,
+    /// Actions a second of --demos, a divisor of 60 [default: 10]
+    #[arg(long, value_name = "HZ", requires = "demos")]
+    control_hz: Option<u32>,
 }
 
 /// Smallest and largest side of a window or a picture \[px\].

@@ -2,6 +2,8 @@
 
 mod device;
 mod file;
+#[cfg(feature = "gamepad")]
+mod gamepad;
 mod keys;
 mod layout;
 mod looks;

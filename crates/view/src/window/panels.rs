@@ -15,6 +15,7 @@ use super::viewer::{Viewer, WristPicture};
 use crate::annotate::{line, state_name};
 use crate::overlay::Overlay;
 use crate::pace::SCALES;
+use crate::pad::PAD;
 use crate::stage::Dials;
 
 /// Width of the panel of dials [points], and height of that of plots.
@@ -93,6 +94,17 @@ fn run(viewer: &mut Viewer, ui: &mut Ui) {
         ui.toggle_value(&mut viewer.follows, "Follow").on_hover_text("the view moves with the robot (F)");
         ui.toggle_value(&mut viewer.shows_keys, "Keys");
     });
+    if viewer.stage.has_shelf() {
+        let driven = viewer.stage.demonstrated_frames().is_some();
+        let text = if driven { "Keep the demonstration" } else { "Demonstrate" };
+        let button = ui.add(Button::new(text).selected(driven));
+        if button
+            .on_hover_text("from the start of the world, kept in the folder of --demos (B); R gives it up")
+            .clicked()
+        {
+            asked = Some(Action::Demonstrate);
+        }
+    }
     if let Some(action) = asked {
         viewer.act(ui, action);
     }
@@ -236,6 +248,9 @@ fn status(viewer: &Viewer, ui: &Ui, rect: Rect) {
         "{:.1} s   {driver}   bucket {}   ground {}   on the tree {}   snapped {}",
         told.time, told.picked, told.dropped, told.hanging, told.snapped
     );
+    if let Some(frames) = viewer.stage.demonstrated_frames() {
+        text += &format!("   demonstration {:.1} s", frames as f64 * viewer.frame_time());
+    }
     if !viewer.pace.paused && viewer.speed < 0.95 * viewer.pace.scale() {
         text += &format!("   {:.1} x real time is all this machine can", viewer.speed);
     }
@@ -312,6 +327,9 @@ fn key_list(viewer: &Viewer, ui: &Ui, rect: Rect) {
                 }
                 row(ui, "C", "close or open the hand");
                 row(ui, "T", "take over, give back");
+                if cfg!(feature = "gamepad") && viewer.shows_keys {
+                    PAD.iter().for_each(|(place, words)| row(ui, &format!("pad: {place}"), words));
+                }
                 if viewer.shows_keys {
                     for (key, action, words) in keys::ACTIONS {
                         if !matches!(action, Action::Hand | Action::TakeOver) {

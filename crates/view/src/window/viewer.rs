@@ -9,7 +9,7 @@ use eframe::egui::{
 };
 use eframe::egui_wgpu::RenderState;
 use orchard_geometry::{Image, Vec3};
-use orchard_play::{Drawing, Mesh, Paint, Reach, WoodPaint};
+use orchard_play::{Drawing, Mesh, Paint, Reach, Wish, WoodPaint};
 use orchard_robot::Command;
 
 use super::file::{without_alpha, write_png};
@@ -20,6 +20,7 @@ use crate::marks::Marks;
 use crate::orbit::Orbit;
 use crate::overlay::{Overlay, Overlays};
 use crate::pace::Pace;
+use crate::pad::{Pad, PadEvent};
 use crate::stage::{Dials, Stage};
 use crate::trace::Trace;
 use crate::wrist;
@@ -65,6 +66,9 @@ pub struct Viewer {
     /// A sentence for the person, and whether it tells of a failure.
     pub(super) message: Option<String>,
     pub(super) closes: bool,
+    pad: Pad,
+    /// Events of gamepads that wait for the next picture.
+    pad_events: Vec<PadEvent>,
     pub(super) shows_keys: bool,
     /// Rate of the world against the clock, smoothed.
     pub(super) speed: f64,
@@ -106,6 +110,8 @@ impl Viewer {
             colour: None,
             message: None,
             closes: false,
+            pad: Pad::default(),
+            pad_events: Vec::new(),
             shows_keys: false,
             speed: 1.0,
             rate: None,
@@ -153,6 +159,11 @@ impl Viewer {
         self.stage.session().world().spec().sim.frame()
     }
 
+    /// Tells what a gamepad told since the latest picture.
+    pub fn tell_pad(&mut self, events: impl IntoIterator<Item = PadEvent>) {
+        self.pad_events.extend(events);
+    }
+
     /// Steps so many frames before the next picture, and from now on no others, whatever the clock says.
     pub fn owe(&mut self, frames: u32) {
         (self.owed, self.has_clock) = (frames, false);
@@ -165,11 +176,20 @@ impl Viewer {
 
     /// Takes the keys, steps the world, and brings pictures of the wrist camera up to date.
     pub(super) fn advance(&mut self, ui: &Ui) {
-        if !ui.ctx().egui_wants_keyboard_input() {
+        for event in std::mem::take(&mut self.pad_events) {
+            if let Some(action) = self.pad.take(event) {
+                self.act(ui, keys::of_pad(action));
+            }
+        }
+        if ui.ctx().egui_wants_keyboard_input() {
+            let wish = Wish { closes: self.closes, ..Wish::default() };
+            self.stage.session_mut().wish(self.pad.over(wish));
+        } else {
             let (actions, wish, view) =
-                ui.input(|input| (keys::actions(input), keys::wish(input, self.closes), keys::view(input)));
+                ui.input(|input| (keys::actions(input), keys::wish(input), keys::view(input)));
             actions.into_iter().for_each(|action| self.act(ui, action));
-            self.stage.session_mut().wish(wish);
+            let wish = Wish { closes: self.closes, ..wish };
+            self.stage.session_mut().wish(self.pad.over(wish));
             let by_key = TURN[1] * self.elapsed;
             if view != [0.0; 3] {
                 self.orbit.turn(-view[0] * by_key, view[1] * by_key);
@@ -262,6 +282,7 @@ impl Viewer {
             Action::Slower => self.pace.set_scale(self.pace.scale() / 2.0),
             Action::Grab => self.grab_in_the_middle(),
             Action::Hand => self.closes = !self.closes,
+            Action::Demonstrate => self.demonstrate(),
             Action::Screenshot => self.screenshot(ui),
             Action::Switch(overlay) => self.overlays.switch(overlay),
         }
@@ -275,6 +296,29 @@ impl Viewer {
         let is_closed = |c: &Command| c.vacuum > 0.5 || c.finger_q < half_open;
         self.closes = session.command().is_some_and(is_closed) && !session.is_taken_over();
         if session.is_taken_over() { session.give_back() } else { session.take_over() }
+    }
+
+    /// Begins a demonstration, or ends and keeps the one under way.
+    fn demonstrate(&mut self) {
+        if self.stage.demonstrated_frames().is_some() {
+            let (Ok(sentence) | Err(sentence)) = self.stage.end_demonstration();
+            self.message = Some(sentence);
+            return;
+        }
+        self.message = self.stage.begin_demonstration().err();
+        if self.message.is_none() {
+            self.closes = false;
+            self.begin();
+        }
+    }
+
+    /// True if a demonstration is under way, in which nobody pulls; then the person is told.
+    fn refuses_pull(&mut self) -> bool {
+        let refuses = self.stage.demonstrated_frames().is_some();
+        if refuses {
+            self.message = Some("nobody pulls in a demonstration: the robot alone moves things".to_owned());
+        }
+        refuses
     }
 
     /// Grows the world of other dials.
@@ -309,6 +353,9 @@ impl Viewer {
     fn grab_in_the_middle(&mut self) {
         if self.stage.session().pull().is_some() {
             return self.stage.session_mut().release();
+        }
+        if self.refuses_pull() {
+            return;
         }
         let (p, along) = self.orbit.ray([0.0, 0.0], 1.0);
         if let Some(place) = self.stage.session_mut().grab(&p, &along, true, Reach::All) {
@@ -353,7 +400,11 @@ impl Viewer {
             if let Some(origin) = origin.or(response.interact_pointer_pos()) {
                 let (p, along) = self.orbit.ray(place(origin), aspect);
                 let grabbed = self.stage.session_mut().grab(&p, &along, false, Reach::All);
-                self.pull_depth = grabbed.map(|p_world| self.orbit.depth(&p_world));
+                if grabbed.is_some() && self.refuses_pull() {
+                    self.stage.session_mut().release();
+                } else {
+                    self.pull_depth = grabbed.map(|p_world| self.orbit.depth(&p_world));
+                }
             }
         }
         let delta = response.drag_delta();

@@ -21,10 +21,12 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     }
     let overlays = args.overlays.as_deref().map(Overlays::parse).transpose();
     let overlays = overlays.map_err(|e| Failure::BadInput(format!("--overlays: {e}")))?.unwrap_or_default();
-    let stage = match &args.recording {
+    let mut stage = match &args.recording {
         Some(file) => recorded(file, args, program)?,
         None => live(args, program)?,
     };
+    // The folder stays locked while the window is open.
+    let _lock = shelved(args, &mut stage)?;
     match (&args.screenshot, &args.video) {
         (Some(file), _) => screenshot(args, stage, overlays, file),
         (None, Some(folder)) => video(args, stage, overlays, folder),
@@ -39,8 +41,8 @@ fn live(args: &Args, program: &Program) -> Result<Stage, Failure> {
     scenario.resolve(program)?;
     let options = scenario.options()?;
     let controllers = program.controllers().to_vec();
-    Stage::new(Setup { options: Some(options), controllers, seed: args.seed, index })
-        .map_err(Failure::BadInput)
+    let setup = Setup { options: Some(options), controllers, seed: args.seed, index };
+    Stage::new(setup).map_err(Failure::BadInput)
 }
 
 /// The world of a recording, driven by the recorded commands.
@@ -52,6 +54,39 @@ fn recorded(file: &Path, args: &Args, program: &Program) -> Result<Stage, Failur
     let harvest = crate::commands::replay::harvest(&recording, &config, &args.scenario, program)?;
     let (options, controllers) = (args.scenario.options()?, program.controllers());
     orchard_view::recorded(&recording, &harvest, options, controllers).map_err(Failure::BadInput)
+}
+
+/// Lets a stage keep demonstrations, if a folder is given, which is locked until the guard is dropped.
+#[cfg(feature = "demos")]
+fn shelved(args: &Args, stage: &mut Stage) -> Result<Option<impl Sized>, Failure> {
+    use orchard_view::Shelf as _;
+    let given = &args.demos;
+    let Some(folder) = &given.demos else { return Ok(None) };
+    let obs = given.obs.clone().unwrap_or_else(|| vec!["state".to_owned(), "depth".to_owned()]);
+    let (size, hz) = (given.pixels_size.unwrap_or(128), given.control_hz.unwrap_or(10));
+    let control = given.control.as_deref().unwrap_or("joint_delta");
+    let settings = orchard_env::Settings::of(orchard_env::Task::Harvest);
+    let settings = crate::commands::demos::observing(settings, &obs, size, hz, control, hz)?;
+    let (store, lock) = crate::out_folder::open_folder("--demos", folder)?;
+    let shelf = orchard_view::DemoFolder::new(store, settings);
+    let seed = stage.dials().seed;
+    let at = |e: String| Failure::BadInput(format!("--demos {}: {e}", folder.display()));
+    // A folder of other demonstrations, or a seed that it cannot take, is told before anybody drives.
+    shelf.check(stage.scenario(), seed).map_err(at)?;
+    stage.keep_on(Box::new(shelf));
+    Ok(Some(lock))
+}
+
+/// Reports the missing build feature.
+#[cfg(not(feature = "demos"))]
+fn shelved(args: &Args, _: &mut Stage) -> Result<Option<()>, Failure> {
+    match &args.demos.demos {
+        None => Ok(None),
+        Some(_) => {
+            let line = "--demos: this program was built without the feature `demos`; build it with the default features";
+            Err(Failure::BadInput(line.to_owned()))
+        }
+    }
 }
 
 /// Reports the missing build feature.
