@@ -8,10 +8,13 @@
 //! With the feature `window`, `window::open` shows all of it in a window, and `window::Offscreen` draws the same without one.
 
 mod annotate;
+mod audience;
 mod canopy;
 mod demonstration;
 #[cfg(feature = "recording")]
 mod episode;
+#[cfg(feature = "live")]
+pub mod live;
 mod marks;
 mod orbit;
 mod overlay;
@@ -27,6 +30,7 @@ pub mod window;
 pub mod wrist;
 
 pub use annotate::{Seen, Target, annotate, line, reach, state_name, target};
+pub use audience::Audience;
 pub use canopy::Canopy;
 pub use demonstration::{DrivenFrame, PERSON, Shelf};
 #[cfg(feature = "recording")]

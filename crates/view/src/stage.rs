@@ -11,6 +11,7 @@ use orchard_tasks::protocol::Protocol;
 use orchard_world::{World, WorldError};
 
 use crate::annotate::state_name;
+use crate::audience::Audience;
 use crate::canopy::Canopy;
 use crate::demonstration::{DrivenFrame, PERSON, Shelf};
 use crate::recorded::Reel;
@@ -70,6 +71,8 @@ pub struct Stage {
     shelf: Option<Box<dyn Shelf>>,
     /// Frames of a demonstration under way.
     driven: Option<Vec<DrivenFrame>>,
+    /// Who watches every frame.
+    audience: Option<Box<dyn Audience>>,
 }
 
 impl Stage {
@@ -91,7 +94,17 @@ impl Stage {
             index: setup.index,
         };
         let (session, canopy) = grow(&scenario, &dials)?;
-        Ok(Self { setup, dials, scenario, session, canopy, reel: None, shelf: None, driven: None })
+        Ok(Self {
+            setup,
+            dials,
+            scenario,
+            session,
+            canopy,
+            reel: None,
+            shelf: None,
+            driven: None,
+            audience: None,
+        })
     }
 
     /// Shows a recorded episode: the world of a setup's seed and index in a scenario, driven by the commands of every frame.
@@ -119,7 +132,17 @@ impl Stage {
             index: setup.index,
         };
         let session = Session::new(world, Some(make));
-        Ok(Self { setup, dials, scenario, session, canopy, reel: Some(reel), shelf: None, driven: None })
+        Ok(Self {
+            setup,
+            dials,
+            scenario,
+            session,
+            canopy,
+            reel: Some(reel),
+            shelf: None,
+            driven: None,
+            audience: None,
+        })
     }
 
     /// Advances one frame. Returns false, and does nothing, at the end of a recording that nobody changed.
@@ -129,7 +152,13 @@ impl Stage {
         if self.reel.as_ref().is_some_and(|reel| by_reel && reel.is_true() && at >= reel.frames()) {
             return false;
         }
-        self.session.step();
+        match &mut self.audience {
+            None => self.session.step(),
+            Some(audience) => {
+                self.session.step_seen(&mut |world, sight| audience.before(world, sight));
+                audience.after(self.session.world(), self.session.news());
+            }
+        }
         self.note();
         if let Some(reel) = &mut self.reel {
             reel.keep(&self.session, by_reel);
@@ -148,6 +177,19 @@ impl Stage {
         let state = self.session.state().map_or("", state_name);
         let phase = if self.session.is_taken_over() { PERSON } else { state };
         driven.push(DrivenFrame { command, phase: phase.to_owned() });
+    }
+
+    /// Shows every frame from now on to an audience.
+    pub fn show_to(&mut self, audience: Box<dyn Audience>) {
+        self.audience = Some(audience);
+        self.tell_audience();
+    }
+
+    /// Tells the audience of another world or moment.
+    fn tell_audience(&mut self) {
+        if let Some(audience) = &mut self.audience {
+            audience.begin(self.session.world());
+        }
     }
 
     /// Keeps demonstrations on a shelf from now on.
@@ -178,6 +220,7 @@ impl Stage {
         (self.session, self.canopy) = grow(&self.scenario, &self.dials)?;
         self.session.take_over();
         self.driven = Some(Vec::new());
+        self.tell_audience();
         Ok(())
     }
 
@@ -219,7 +262,9 @@ impl Stage {
             self.dials.driver = RECORDED.to_owned();
             self.session.drive_by(Some(reel.make(self.session.world())));
         }
-        reel.seek(&mut self.session, frame)
+        let sought = reel.seek(&mut self.session, frame);
+        self.tell_audience();
+        sought
     }
 
     /// Grows the world that the dials ask for, and gives a demonstration under way up. If there is none, the present one stays.
@@ -234,6 +279,7 @@ impl Stage {
         let scenario = resolve(&self.setup, &dials).map_err(told)?;
         (self.session, self.canopy) = grow(&scenario, &dials)?;
         (self.scenario, self.dials, self.reel, self.driven) = (scenario, dials, None, None);
+        self.tell_audience();
         Ok(())
     }
 
@@ -266,6 +312,7 @@ impl Stage {
         let is_back = self.reel.is_some() && self.seek(0).is_ok();
         if !is_back {
             self.session.reset();
+            self.tell_audience();
         }
     }
 

@@ -22,7 +22,7 @@ pub use window::run;
                   Keys lists all of them.\n\n\
                   --screenshot and --video need a graphics driver but no screen: Vulkan, Metal or DirectX 12; on Debian the package\n\
                   mesa-vulkan-drivers draws without a graphics card.\n\n\
-                  Examples:\n  orchard view --controller expert\n  orchard view --preset v-trellis --camera d435i --overlays leaves,depth,detections\n  \
+                  Examples:\n  orchard view --controller expert\n  orchard view --controller expert --live --headless   # then open ws://127.0.0.1:8765 in Foxglove\n  orchard view --demos demos/mine\n  orchard view --preset v-trellis --camera d435i --overlays leaves,depth,detections\n  \
                   orchard view --controller expert --frames 600 --overlays all --screenshot view.png\n  \
                   orchard view --recording results/bench-v1-quick-nominal/recordings/baseline-nominal-20250704-000.mcap\n  orchard view --controller expert --frames 1800 --video frames   # then, for example: ffmpeg -r 30 -i frames/frame-%06d.png view.mp4"
 )]
@@ -47,6 +47,12 @@ pub struct Args {
     recording: Option<PathBuf>,
     #[command(flatten)]
     demos: DemosArgs,
+    /// Serve the channels of a recording live over Foxglove's websocket protocol, at ws://HOST:PORT [default address: 127.0.0.1:8765]
+    #[arg(long, value_name = "HOST:PORT", num_args = 0..=1, default_missing_value = "127.0.0.1:8765", value_parser = address)]
+    live: Option<Address>,
+    /// With --live: open no window, and run in real time until Ctrl-C
+    #[arg(long, requires = "live", conflicts_with_all = ["screenshot", "video", "demos"])]
+    headless: bool,
     /// Draw one picture after --frames frames into a PNG file instead of opening a window
     #[arg(long, value_name = "FILE.png", conflicts_with = "video")]
     screenshot: Option<PathBuf>,
@@ -82,6 +88,20 @@ pub struct DemosArgs {
 /// Smallest and largest side of a window or a picture \[px\].
 const SIDES: [u32; 2] = [200, 8192];
 
+/// Address at which channels are served.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Address {
+    host: String,
+    port: u16,
+}
+
+fn address(text: &str) -> Result<Address, String> {
+    let parts = text.rsplit_once(':').filter(|(host, _)| !host.is_empty());
+    let address =
+        parts.and_then(|(host, port)| Some(Address { host: host.to_owned(), port: port.parse().ok()? }));
+    address.ok_or_else(|| "must be HOST:PORT, as in 127.0.0.1:8765, the port in [0, 65535]".to_owned())
+}
+
 fn size(text: &str) -> Result<[u32; 2], String> {
     let [least, most] = SIDES;
     let side = |part: &str| part.parse().ok().filter(|side| (least..=most).contains(side));
@@ -98,6 +118,14 @@ mod tests {
         assert_eq!(size("1280x720"), Ok([1280, 720]));
         for bad in ["", "1280", "1280x", "x720", "1280X720", "10x720", "1280x99999", "1280x-720"] {
             assert!(size(bad).is_err_and(|line| line.contains("[200, 8192]")), "{bad}");
+        }
+    }
+
+    #[test]
+    fn addresses_are_read_and_wrong_ones_told() {
+        assert_eq!(address("0.0.0.0:0"), Ok(Address { host: "0.0.0.0".to_owned(), port: 0 }));
+        for bad in ["", "8765", ":8765", "localhost", "localhost:", "localhost:99999", "localhost:-1"] {
+            assert!(address(bad).is_err_and(|line| line.contains("HOST:PORT")), "{bad}");
         }
     }
 }

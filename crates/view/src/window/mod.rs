@@ -1,5 +1,6 @@
 //! The window, and pictures of it without a screen.
 
+mod clock;
 mod device;
 mod file;
 #[cfg(feature = "gamepad")]
@@ -15,7 +16,7 @@ mod renderer;
 mod video;
 mod viewer;
 
-pub use file::write_png;
+pub use file::{write_png, write_png_fast};
 pub use offscreen::Offscreen;
 pub use open::open;
 pub use video::{Tally, video};

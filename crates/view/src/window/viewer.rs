@@ -12,6 +12,7 @@ use orchard_geometry::{Image, Vec3};
 use orchard_play::{Drawing, Mesh, Paint, Reach, Wish, WoodPaint};
 use orchard_robot::Command;
 
+use super::clock::thread_time;
 use super::file::{without_alpha, write_png};
 use super::keys::{self, Action};
 use super::renderer::{Lists, Renderer};
@@ -37,6 +38,8 @@ const ZOOM: [f64; 2] = [0.0015, 1.0];
 pub struct Costs {
     /// Time of the world's steps before it.
     pub stepping: Duration,
+    /// Processor time of this thread for the steps.
+    pub stepping_processor: Duration,
     /// Frames stepped.
     pub steps: u32,
     /// Draw calls of the scene.
@@ -118,7 +121,7 @@ impl Viewer {
             seen_frame: None,
             marks: Marks::default(),
             mark_meshes: Marks::meshes(),
-            renderer: Renderer::new(state),
+            renderer: Renderer::new(state, Renderer::is_fast(state)),
             scene: None,
             pull_depth: None,
             p_base,
@@ -128,6 +131,11 @@ impl Viewer {
             costs: Costs::default(),
             answers: channel(),
         }
+    }
+
+    /// Draws smooth edges from now on, however long that takes. A device in software draws none otherwise.
+    pub fn smooth(&mut self, state: &RenderState) {
+        self.renderer = Renderer::new(state, true);
     }
 
     /// The stage.
@@ -211,7 +219,7 @@ impl Viewer {
         // Panels may be laid out twice for a picture; time passes once.
         let elapsed = std::mem::take(&mut self.elapsed);
         let due = if self.has_clock { self.pace.due(elapsed, frame) } else { owed };
-        let (start, mut steps) = (Instant::now(), 0);
+        let (start, processor, mut steps) = (Instant::now(), thread_time(), 0);
         while steps < due && (!self.has_clock || start.elapsed() < STEPPING) {
             if !self.stage.step() {
                 self.pace.paused = true;
@@ -222,6 +230,7 @@ impl Viewer {
         }
         if steps > 0 || elapsed > 0.0 {
             (self.costs.stepping, self.costs.steps) = (start.elapsed(), steps);
+            self.costs.stepping_processor = thread_time().saturating_sub(processor);
         }
         if self.has_clock && !self.pace.paused && elapsed > 0.0 {
             let now = f64::from(steps) * frame / elapsed;

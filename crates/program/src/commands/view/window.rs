@@ -27,6 +27,10 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     };
     // The folder stays locked while the window is open.
     let _lock = shelved(args, &mut stage)?;
+    live_channels(args, &mut stage)?;
+    if args.headless {
+        return headless(&mut stage);
+    }
     match (&args.screenshot, &args.video) {
         (Some(file), _) => screenshot(args, stage, overlays, file),
         (None, Some(folder)) => video(args, stage, overlays, folder),
@@ -77,6 +81,39 @@ fn shelved(args: &Args, stage: &mut Stage) -> Result<Option<impl Sized>, Failure
     Ok(Some(lock))
 }
 
+/// Serves the channels, if an address is given.
+#[cfg(feature = "live")]
+fn live_channels(args: &Args, stage: &mut Stage) -> Result<(), Failure> {
+    let Some(super::Address { host, port }) = &args.live else { return Ok(()) };
+    let server = orchard_recording::live::Live::open(host, *port);
+    let server = server.map_err(|e| Failure::BadInput(format!("--live {e}")))?;
+    say!("live: ws://{host}:{}", server.port());
+    stage.show_to(Box::new(orchard_view::live::LiveAudience::new(server)));
+    Ok(())
+}
+
+/// Runs without a window until Ctrl-C.
+#[cfg(feature = "live")]
+fn headless(stage: &mut Stage) -> Result<(), Failure> {
+    orchard_view::live::run(stage, None, crate::interrupt::listen()?);
+    Ok(())
+}
+
+/// Reports the missing build feature.
+#[cfg(not(feature = "live"))]
+fn live_channels(args: &Args, _: &mut Stage) -> Result<(), Failure> {
+    let line = "--live: this program was built without the feature `live`; build it with `cargo install --path crates/orchard --features view,live`";
+    args.live.as_ref().map_or(Ok(()), |address| {
+        Err(Failure::BadInput(format!("{line} (for {}:{})", address.host, address.port)))
+    })
+}
+
+/// Nothing is served without a window either.
+#[cfg(not(feature = "live"))]
+fn headless(_: &mut Stage) -> Result<(), Failure> {
+    Ok(())
+}
+
 /// Reports the missing build feature.
 #[cfg(not(feature = "demos"))]
 fn shelved(args: &Args, _: &mut Stage) -> Result<Option<()>, Failure> {
@@ -99,6 +136,7 @@ fn recorded(_: &Path, _: &Args, _: &Program) -> Result<Stage, Failure> {
 fn screenshot(args: &Args, stage: Stage, overlays: Overlays, file: &Path) -> Result<(), Failure> {
     let mut screen = Offscreen::new(args.size).map_err(refused)?;
     let mut viewer = Viewer::new(stage, overlays, screen.state());
+    viewer.smooth(screen.state());
     let every = args.frames.max(1);
     window::video(&mut screen, &mut viewer, args.frames, every, |_, screen| {
         window::write_png(file, &screen.picture()?)
@@ -113,7 +151,7 @@ fn video(args: &Args, stage: Stage, overlays: Overlays, folder: &Path) -> Result
     let mut viewer = Viewer::new(stage, overlays, screen.state());
     let tally = window::video(&mut screen, &mut viewer, args.frames, EVERY, |number, screen| {
         let file = folder.path().join(format!("frame-{number:06}.png"));
-        window::write_png(&file, &screen.picture()?)
+        window::write_png_fast(&file, &screen.picture()?)
     });
     say!("{}", tally.map_err(refused)?.line());
     Ok(())
