@@ -12,6 +12,7 @@ mod offscreen;
 mod open;
 mod panels;
 mod plots;
+mod pointer;
 mod renderer;
 mod video;
 mod viewer;

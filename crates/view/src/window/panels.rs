@@ -195,7 +195,7 @@ fn switches(viewer: &mut Viewer, ui: &mut Ui) {
         }
     }
     if viewer.overlays.has(Overlay::Zones) {
-        ui.label("zones: upper red, middle green, lower blue;\nfruit inside the rings dense")
+        ui.label("zones: red above, green between,\nblue below; dense inside the rings")
             .on_hover_text(Overlay::Zones.help());
     }
 }

@@ -4,9 +4,7 @@ use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant};
 
-use eframe::egui::{
-    self, Color32, Key, PointerButton, Rect, Sense, TextureHandle, TextureId, TextureOptions, Ui,
-};
+use eframe::egui::{self, Color32, Rect, Sense, TextureHandle, TextureId, TextureOptions, Ui};
 use eframe::egui_wgpu::RenderState;
 use orchard_geometry::{Image, Vec3};
 use orchard_play::{Drawing, Mesh, Paint, Reach, Wish, WoodPaint};
@@ -29,9 +27,9 @@ use crate::wrist;
 /// Longest time that the world may take between two pictures; what is left then is dropped, and the world runs slower than asked.
 const STEPPING: Duration = Duration::from_millis(50);
 /// Turn of the view for a drag of one point, and by a key in a second \[rad\].
-const TURN: [f64; 2] = [0.006, 1.2];
+pub(super) const TURN: [f64; 2] = [0.006, 1.2];
 /// Factor of the distance for a point of the wheel, and exponent by a key in a second.
-const ZOOM: [f64; 2] = [0.0015, 1.0];
+pub(super) const ZOOM: [f64; 2] = [0.0015, 1.0];
 
 /// Costs of a picture.
 #[derive(Debug, Clone, Copy, Default)]
@@ -84,7 +82,7 @@ pub struct Viewer {
     renderer: Renderer,
     scene: Option<TextureId>,
     /// Depth along the view at which the pointer pulls \[m\].
-    pull_depth: Option<f64>,
+    pub(super) pull_depth: Option<f64>,
     p_base: Vec3,
     elapsed: f64,
     owed: u32,
@@ -322,7 +320,7 @@ impl Viewer {
     }
 
     /// True if a demonstration is under way, in which nobody pulls; then the person is told.
-    fn refuses_pull(&mut self) -> bool {
+    pub(super) fn refuses_pull(&mut self) -> bool {
         let refuses = self.stage.demonstrated_frames().is_some();
         if refuses {
             self.message = Some("nobody pulls in a demonstration: the robot alone moves things".to_owned());
@@ -394,58 +392,6 @@ impl Viewer {
         let response = ui.interact(rect, ui.scope_id().with("scene"), Sense::click_and_drag());
         self.point(ui, rect, &response);
         self.draw(ui, rect, state);
-    }
-
-    /// Turns, moves and zooms the view, and pulls.
-    fn point(&mut self, ui: &Ui, rect: Rect, response: &egui::Response) {
-        let aspect = f64::from(rect.width() / rect.height().max(1.0));
-        let place = |pos: egui::Pos2| {
-            let at = (pos - rect.min) / rect.size();
-            [f64::from(2.0 * at.x - 1.0), f64::from(1.0 - 2.0 * at.y)]
-        };
-        let (shift, escape) = ui.input(|input| (input.modifiers.shift, input.key_pressed(Key::Escape)));
-        if response.drag_started_by(PointerButton::Primary) && !shift {
-            let origin = ui.input(|input| input.pointer.press_origin());
-            if let Some(origin) = origin.or(response.interact_pointer_pos()) {
-                let (p, along) = self.orbit.ray(place(origin), aspect);
-                let grabbed = self.stage.session_mut().grab(&p, &along, false, Reach::All);
-                if grabbed.is_some() && self.refuses_pull() {
-                    self.stage.session_mut().release();
-                } else {
-                    self.pull_depth = grabbed.map(|p_world| self.orbit.depth(&p_world));
-                }
-            }
-        }
-        let delta = response.drag_delta();
-        let (right, up) = (f64::from(delta.x), f64::from(-delta.y));
-        let height = f64::from(rect.height().max(1.0));
-        match self.pull_depth {
-            Some(depth) => {
-                if let Some(pos) = response.interact_pointer_pos() {
-                    let target = self.orbit.at(place(pos), aspect, depth);
-                    self.stage.session_mut().pull_to(&target);
-                }
-                if self.stage.session().pull().is_none() {
-                    self.pull_depth = None;
-                }
-            }
-            None if response.dragged_by(PointerButton::Primary) && !shift => {
-                self.orbit.turn(right * TURN[0], -up * TURN[0]);
-            }
-            None if response.dragged() => self.orbit.pan(right / height, up / height),
-            None => {}
-        }
-        if response.drag_stopped() && self.pull_depth.take().is_some() || escape {
-            self.stage.session_mut().release();
-            self.pull_depth = None;
-        }
-        if response.hovered() {
-            let (wheel, pinch) = ui.input(|input| (input.smooth_scroll_delta().y, input.zoom_delta()));
-            let factor = orchard_geometry::math::exp(-ZOOM[0] * f64::from(wheel)) / f64::from(pinch);
-            if factor != 1.0 {
-                self.orbit.zoom(factor);
-            }
-        }
     }
 
     fn draw(&mut self, ui: &Ui, rect: Rect, state: &RenderState) {
