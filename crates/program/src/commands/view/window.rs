@@ -62,7 +62,7 @@ fn recorded(file: &Path, args: &Args, program: &Program) -> Result<Stage, Failur
 
 /// Lets a stage keep demonstrations, if a folder is given, which is locked until the guard is dropped.
 #[cfg(feature = "demos")]
-fn shelved(args: &Args, stage: &mut Stage) -> Result<Option<impl Sized>, Failure> {
+fn shelved(args: &Args, stage: &mut Stage) -> Result<Option<impl Sized + use<>>, Failure> {
     use orchard_view::Shelf as _;
     let given = &args.demos;
     let Some(folder) = &given.demos else { return Ok(None) };
