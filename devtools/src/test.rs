@@ -157,8 +157,12 @@ fn docs() -> Result<Verdict, Failure> {
 fn window(skipped: &std::path::Path) -> Result<Verdict, Failure> {
     // With the tools, so that all other crates are those of the other steps.
     let packages = ["--package", "orchard-view", "--package", "devtools"];
-    let only = ["--features", "orchard-view/window", "--test", "window", "--quiet"];
-    cargo(&[&["test"], &packages[..], &only[..]].concat(), &[(SKIPPED, skipped.as_ref())])
+    let features =
+        ["window", "recording", "demos", "live"].map(|feature| format!("orchard-view/{feature}")).join(",");
+    let suites = ["window", "recording", "demos", "live"].iter().flat_map(|suite| ["--test", suite]);
+    let only = ["--features", &features, "--quiet"].into_iter().chain(suites);
+    let args: Vec<&str> = ["test"].into_iter().chain(packages).chain(only).collect();
+    cargo(&args, &[(SKIPPED, skipped.as_ref())])
 }
 
 fn quick_steps(skipped: &std::path::Path) -> Result<Vec<Step>, Failure> {

@@ -33,13 +33,13 @@ const OPTIMISED: [&str; 1] = ["perf"];
 fn features(command: &str, args: &[String]) -> Vec<&'static str> {
     let has = |option: &str| args.iter().any(|arg| arg == option || arg.starts_with(&format!("{option}=")));
     let mut options = vec!["--no-default-features"];
-    if command == "replay" || has("--record") {
+    if command == "replay" || has("--record") || has("--recording") {
         options.extend(["--features", "recording"]);
     }
     if command == "view" {
-        options.extend(["--features", "view"]);
+        options.extend(["--features", if has("--live") { "view,live" } else { "view" }]);
     }
-    if command == "demos" {
+    if command == "demos" || command == "view" && has("--demos") {
         options.extend(["--features", "demos"]);
     }
     if command == "export-tree" {

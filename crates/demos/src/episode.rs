@@ -14,11 +14,14 @@ use crate::plan::Plan;
 use crate::record::{DemoKey, Demonstration, FileRecord, ImagesRecord, Split, stem};
 use crate::steps::{Steps, Worth, commands_table};
 use crate::table::{Table, TableError};
-use crate::take::Taken;
+use crate::take::{Step, Taken};
 
 /// Folders of the tables.
 pub(crate) const STEPS: &str = "steps";
 pub(crate) const COMMANDS: &str = "commands";
+
+/// Outcome of an episode that whoever drove ended.
+const STOPPED: &str = "stopped";
 
 /// An episode that came to its end.
 pub(crate) struct Episode {
@@ -75,14 +78,14 @@ pub(crate) fn run(
         let frame = env.truth(0).map_or(0, |world| world.frame());
         images.take(&policy.observation, env.observation(0), frame, sink)?;
         steps.see(frame, env.observation(0), &images.paths);
-        let (driven, phase) = take(env)?;
+        let Step { driven, phase, is_last } = take(env)?;
         driven.commands.iter().for_each(|_| on_frame());
         let report = env.report(0);
         let worth = Worth {
             reward: report.reward,
             cost: report.cost,
             terminated: report.terminated,
-            truncated: report.truncated,
+            truncated: report.truncated || is_last && !report.terminated,
         };
         steps.act(&driven.action, &driven.error, phase, &worth);
         commands.extend(driven.commands);
@@ -97,7 +100,7 @@ pub(crate) fn run(
         split: Split::of(&tree_sha256, &plan.rules.split),
         tree_sha256,
         task_description: env.interface().task_description.to_owned(),
-        outcome: report.outcome.clone().unwrap_or_default(),
+        outcome: report.outcome.clone().unwrap_or_else(|| STOPPED.to_owned()),
         success: report.is_success,
         statistics: report.statistics.clone(),
         frames: commands.len() as u32,

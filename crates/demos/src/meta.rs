@@ -12,6 +12,7 @@ use orchard_scenario::{Scenario, StoredScenario};
 use serde::{Deserialize, Serialize};
 
 use crate::config::DemosRules;
+use crate::person::person;
 use crate::plan::{DemosError, Plan, SCHEMA_VERSION};
 
 /// Content of `meta.json`, written first.
@@ -118,8 +119,10 @@ impl Meta {
                 self.format, self.schema_version, self.code_version, here.0, here.1, here.2
             )));
         }
+        let mut controllers = controllers.to_vec();
+        controllers.push(Arc::new(person()));
         let scenario =
-            Scenario::from_stored(&self.scenario, controllers, by).map_err(|e| bad(e.to_string()))?;
+            Scenario::from_stored(&self.scenario, &controllers, by).map_err(|e| bad(e.to_string()))?;
         let settings = Settings { spaces: self.spaces.clone(), ..Settings::of(self.task) };
         Ok(Plan::new(scenario, settings, self.via, self.seeds.clone(), self.episodes)?)
     }

@@ -8,6 +8,7 @@ use orchard_scenario::Scenario;
 use orchard_tasks::protocol::Protocol;
 
 use crate::config::DemosRules;
+use crate::person::PERSON;
 use crate::record::DemoKey;
 
 /// Version of the layout of the files.
@@ -37,7 +38,7 @@ pub enum DemosError {
     },
     /// A seed of the official set.
     #[error(
-        "--seeds: {0} is a seed of the official set v1: a policy that learned from its trees could not be ranked; choose another"
+        "seed {0} is one of the official set v1: a policy that learned from its trees could not be ranked; choose another"
     )]
     Official(u64),
 }
@@ -58,6 +59,8 @@ pub struct Plan {
     /// Longest episode \[frames\], and length of a frame \[s\].
     pub(crate) frames: u64,
     pub(crate) frame: f64,
+    /// Frames of a step.
+    steps_of: u32,
     config_hash: String,
 }
 
@@ -81,10 +84,7 @@ impl Plan {
             return Err(DemosError::TooMany { episodes, seeds: seeds.len(), most });
         }
         let protocol = Protocol::of_scenario(&scenario)?;
-        let held_out = Protocol::field().held_out_seeds();
-        if let Some(seed) = seeds.iter().find(|seed| held_out.contains(seed)) {
-            return Err(DemosError::Official(*seed));
-        }
+        held_out(&seeds)?;
         if settings.task.target().is_some() && !scenario.controller_kind().takes_goals() {
             return Err(PlanError::NoGoals(scenario.names().controller.clone()).into());
         }
@@ -98,7 +98,7 @@ impl Plan {
             ("demos", &config_text(&rules)),
         ]);
         let fields = interface.policy.observation.clone();
-        let frame = interface.policy.frame;
+        let (frame, steps_of) = (interface.policy.frame, interface.policy.frames);
         let frames = (interface.horizon / frame).round() as u64;
         let interface = serde_json::to_value(interface)
             .unwrap_or_else(|e| unreachable!("names and numbers are JSON: {e}"));
@@ -113,8 +113,19 @@ impl Plan {
             fields,
             frames,
             frame,
+            steps_of,
             config_hash,
         })
+    }
+
+    /// Frames of a step.
+    pub(crate) fn step_frames(&self) -> u32 {
+        self.steps_of
+    }
+
+    /// True if a person drove: an episode ends then with what was driven, if the task has not ended before.
+    pub(crate) fn is_driven(&self) -> bool {
+        self.scenario.names().controller == PERSON
     }
 
     /// Number of episodes.
@@ -142,4 +153,10 @@ impl Plan {
         };
         (0..self.episodes).map(key).collect()
     }
+}
+
+/// Refuses seeds of the official set.
+pub(crate) fn held_out(seeds: &[u64]) -> Result<(), DemosError> {
+    let official = Protocol::field().held_out_seeds();
+    seeds.iter().find(|seed| official.contains(seed)).map_or(Ok(()), |seed| Err(DemosError::Official(*seed)))
 }

@@ -16,7 +16,7 @@ use crate::plan::Plan;
 use crate::record::{DemoKey, DemoRecord, Demonstration, FileRecord};
 use crate::summary::DemosSummary;
 use crate::table::{Column, Table};
-use crate::take::take_under;
+use crate::take::{Playback, Played, take_under};
 
 /// A finished run.
 pub type DemosResult = TaskResult<DemoRecord, DemosSummary>;
@@ -32,25 +32,37 @@ pub fn run(
     progress: &impl Progress<DemoRecord>,
 ) -> Result<DemosResult, RunError> {
     let store = session.store;
+    write_plan(plan, store)?;
+    run_task(&Demos::new(plan, store), session, progress)
+}
+
+/// Checks that a folder has no other demonstrations, and writes a plan's `meta.json` and the folders of its files.
+pub(crate) fn write_plan(plan: &Plan, store: &Store) -> Result<(), RunError> {
     store.check_plan::<DemoRecord>(&plan.keys())?;
     let images = plan.fields.iter().filter(|field| matches!(Form::of(field), Form::Depth | Form::Colour));
     for folder in [STEPS, COMMANDS].into_iter().chain(images.map(|field| field.key)) {
         store.make_folder(folder)?;
     }
     store.write(Meta::FILE, &Meta::of(plan))?;
-    run_task(&Demos::new(plan, store), session, progress)
+    Ok(())
 }
 
 /// The episodes of a plan as a task of the benchmark's core.
 pub struct Demos<'a> {
     plan: &'a Plan,
     store: &'a Store,
+    drive: Option<(&'a DemoKey, &'a Played)>,
 }
 
 impl<'a> Demos<'a> {
     /// The episodes of a plan in a folder.
     pub fn new(plan: &'a Plan, store: &'a Store) -> Self {
-        Self { plan, store }
+        Self { plan, store, drive: None }
+    }
+
+    /// Plays the episode of a key as it was driven.
+    pub(crate) fn with_drive(self, key: &'a DemoKey, played: &'a Played) -> Self {
+        Self { drive: Some((key, played)), ..self }
     }
 
     fn demonstrate(
@@ -61,7 +73,12 @@ impl<'a> Demos<'a> {
     ) -> Result<Option<Demonstration>, EpisodeError> {
         let mut env = begin(self.plan, key)?;
         let (mut controller, via) = (env.controller(0)?, self.plan.via);
-        let mut take = |env: &mut TaskEnv| take_under(env, &mut *controller, via);
+        let driven = self.drive.filter(|(of, _)| *of == key);
+        let mut playback = driven.map(|(_, played)| Playback::new(via, played.clone(), true));
+        let mut take = |env: &mut TaskEnv| match &mut playback {
+            Some(playback) => playback.step(env),
+            None => take_under(env, &mut *controller, via),
+        };
         let mut sink = |path: &str, bytes: &[u8]| self.store.write_bytes(path, bytes);
         let episode = episode::run(self.plan, key, &mut env, &mut take, &mut sink, stop, on_step)?;
         let Some(episode) = episode else { return Ok(None) };

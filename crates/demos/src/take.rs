@@ -4,8 +4,17 @@ use orchard_env::{Driven, EnvError, TaskEnv, Via};
 use orchard_picker::{Controller, Event, Record};
 use orchard_robot::{Command, Observation};
 
-/// A step of the only environment, and the controller's state at its begin, empty if it logs none.
-pub(crate) type Taken = Result<(Driven, String), EnvError>;
+/// A step of the only environment.
+pub(crate) struct Step {
+    pub driven: Driven,
+    /// The controller's state at its begin, empty if it logs none.
+    pub phase: String,
+    /// True if whoever drove ends the episode with it.
+    pub is_last: bool,
+}
+
+/// A step, or why there is none.
+pub(crate) type Taken = Result<Step, EnvError>;
 
 /// Takes a step under a controller of the benchmark.
 pub(crate) fn take_under(env: &mut TaskEnv, controller: &mut dyn Controller, via: Via) -> Taken {
@@ -16,7 +25,7 @@ pub(crate) fn take_under(env: &mut TaskEnv, controller: &mut dyn Controller, via
         _ => None,
     });
     let name = entered.and_then(Result::ok).and_then(|name| name.as_str().map(str::to_owned));
-    Ok((driven, name.unwrap_or_default()))
+    Ok(Step { driven, phase: name.unwrap_or_default(), is_last: false })
 }
 
 /// A step as it was stored.
@@ -27,11 +36,21 @@ pub(crate) struct StoredStep {
     pub phase: String,
 }
 
+/// An episode as it was stored or driven.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Played {
+    pub steps: Vec<StoredStep>,
+    /// The command of every frame.
+    pub commands: Vec<Command>,
+}
+
 /// Takes stored steps again: by their actions, as a policy would, or under the stored commands.
 pub(crate) struct Playback {
     via: Via,
     steps: std::vec::IntoIter<StoredStep>,
     commands: Commands,
+    /// True if the episode ends with the last step, where the task has not ended it before.
+    ends: bool,
 }
 
 /// A controller that plays commands back, one a frame.
@@ -54,9 +73,9 @@ impl Controller for Commands {
 }
 
 impl Playback {
-    pub fn new(via: Via, steps: Vec<StoredStep>, commands: Vec<Command>) -> Self {
+    pub fn new(via: Via, Played { steps, commands }: Played, ends: bool) -> Self {
         let commands = Commands { commands, played: 0, record: Record::default() };
-        Self { via, steps: steps.into_iter(), commands }
+        Self { via, steps: steps.into_iter(), commands, ends }
     }
 
     /// Takes the next step.
@@ -64,21 +83,24 @@ impl Playback {
         // A step too many keeps still and differs from the stored ones in its number.
         let still = StoredStep { action: Vec::new(), error: Vec::new(), phase: String::new() };
         let StoredStep { mut action, mut error, phase } = self.steps.next().unwrap_or(still);
-        let size = env.interface().policy.action.len();
-        action.resize(size, 0.0);
-        error.resize(size, 0.0);
-        let commands = match self.via {
-            Via::Commands => env.drive(0, &mut self.commands, Via::Commands)?.commands,
+        let driven = match self.via {
+            // The action is found anew from the commands.
+            Via::Commands => env.drive(0, &mut self.commands, Via::Commands)?,
             Via::Actions => {
+                let size = env.interface().policy.action.len();
+                action.resize(size, 0.0);
+                error.resize(size, 0.0);
                 let before = env.report(0).statistics.time;
                 env.step(&action, &[true])?;
                 let frame = env.interface().policy.frame;
                 let frames = ((env.report(0).statistics.time - before) / frame).round() as usize;
                 let from = self.commands.played;
                 self.commands.played += frames;
-                self.commands.commands.get(from..from + frames).unwrap_or_default().to_vec()
+                let commands = self.commands.commands.get(from..from + frames).unwrap_or_default().to_vec();
+                Driven { action, error, commands }
             }
         };
-        Ok((Driven { action, error, commands }, phase))
+        let is_last = self.ends && self.steps.len() == 0;
+        Ok(Step { driven, phase, is_last })
     }
 }

@@ -16,7 +16,7 @@ use crate::plan::Plan;
 use crate::record::{DemoKey, DemoRecord, Demonstration};
 use crate::run::read_files;
 use crate::steps::{stored_commands, stored_steps};
-use crate::take::Playback;
+use crate::take::{Playback, Played};
 
 /// Result of a verification.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -91,7 +91,8 @@ fn again(plan: &Plan, store: &Store, key: &DemoKey, stop: &AtomicBool) -> Result
     let [steps, commands] = read_files(store.path(), &demo)?;
     let stored = stored_steps(&steps).map_err(|e| e.to_string())?;
     let played = stored_commands(&commands).map_err(|e| e.to_string())?;
-    let mut playback = Playback::new(plan.via, stored, played);
+    let played = Played { steps: stored, commands: played };
+    let mut playback = Playback::new(plan.via, played, plan.is_driven());
     let mut take = |env: &mut TaskEnv| playback.step(env);
     let mut none = |_: &str, _: &[u8]| Ok(());
     let episode = episode::run(plan, key, &mut env, &mut take, &mut none, stop, &mut || ());

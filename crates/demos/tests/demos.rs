@@ -7,7 +7,9 @@ use std::sync::atomic::AtomicBool;
 
 use orchard_bench::store::Store;
 use orchard_bench::task::{NoProgress, RunError, Session};
-use orchard_demos::{Column, DemosError, DemosResult, Plan, Table, Verdict, verify};
+use orchard_demos::{
+    Column, DemosError, DemosResult, Drive, DrivenDemos, PERSON, Plan, Table, Verdict, verify,
+};
 use orchard_env::{Settings, Task, Via};
 use orchard_policy::{Control, Pixels, Spaces};
 use orchard_scenario::{Scenario, controllers};
@@ -164,4 +166,66 @@ fn what_cannot_be_demonstrated_is_refused() {
     let e =
         verify(folder.path(), &controllers(), 1, &AtomicBool::new(false), &|| ()).unwrap_err().to_string();
     assert!(e.contains("meta.json"), "{e}");
+}
+
+/// Frames of a drive.
+const DRIVEN: usize = 130;
+
+/// A drive of so many frames: the expert's commands, as a person might give them.
+fn drive(seed: u64) -> Drive {
+    let scenario = scenario();
+    let (mut world, mut controller) = (scenario.world(seed, 0, 0).unwrap(), scenario.controller());
+    let mut drive = Drive::default();
+    for frame in 0..DRIVEN {
+        let command = controller.act(&world.observe());
+        world.step(&command);
+        drive.push(command, if frame < 60 { PERSON } else { "scan" });
+    }
+    drive
+}
+
+/// What a person drove is written, read and verified as what a controller did.
+#[test]
+fn what_a_person_drove_is_a_demonstration() {
+    let folder = tempfile::tempdir().unwrap();
+    let store = Store::open(folder.path()).unwrap();
+    let settings = Settings::of(Task::Harvest);
+    let settings = Settings { spaces: Spaces { depth: true, ..settings.spaces.clone() }, ..settings };
+    let demos = DrivenDemos::new(&scenario(), &settings, &store).unwrap();
+    for seed in [5, 3] {
+        let record = demos.add(seed, &drive(seed)).unwrap();
+        let demo = record.demonstration.unwrap();
+        // Steps of six frames; what is left of the drive is no step.
+        assert_eq!((demo.frames, demo.outcome.as_str(), demo.success), (126, "stopped", false));
+    }
+    assert_eq!(demos.seeds().unwrap(), [5, 3]);
+    let verdict = verified(folder.path());
+    assert_eq!((verdict.episodes, verdict.problems), (2, vec![]));
+    let steps =
+        Table::from_parquet(fs::read(folder.path().join("steps/000005-00000.parquet")).unwrap()).unwrap();
+    assert_eq!(steps.rows(), 21);
+    let Some((_, Column::Flag(truncated))) = steps.columns.iter().find(|(name, _)| name == "truncated")
+    else {
+        panic!()
+    };
+    assert!(truncated[20] && truncated[..20].iter().all(|cut| !cut));
+    let phases = steps.texts("phase").unwrap();
+    assert_eq!((phases[9].as_str(), phases[10].as_str()), (PERSON, "scan"));
+    assert!(steps.floats("action").unwrap().1.iter().any(|number| *number != 0.0));
+    // A seed once, none of the official set, and nothing without a step.
+    let refused = |seed, frames| {
+        let mut short = Drive::default();
+        let command = scenario().robot().start_command();
+        (0..frames).for_each(|_| short.push(command, PERSON));
+        demos.add(seed, &short).unwrap_err().to_string()
+    };
+    assert!(refused(3, 60).starts_with("seed 3 has a demonstration"));
+    let official = 59_313_826_611_509;
+    assert!(refused(official, 60).starts_with(&format!("seed {official} is one of the official set")));
+    assert!(refused(4, 5).starts_with("5 frames are less than a step of 6"));
+    // A folder of a controller's demonstrations takes none of a person's.
+    let other = tempfile::tempdir().unwrap();
+    run(&plan(Via::Commands, 1), other.path(), 1);
+    let store = Store::open(other.path()).unwrap();
+    assert!(DrivenDemos::new(&scenario(), &settings, &store).is_err());
 }

@@ -120,6 +120,19 @@ impl FruitSet {
         self.stems.as_ref().map(|stems| stems.load(model, data, fruit, self.points[fruit]))
     }
 
+    /// Load of the stem that a fruit hangs on over its strength \[1\]: the larger of those of its zone and its spur; on a tether, tension over the
+    /// pull that detaches the fruit. Holds while the fruit is on its stem.
+    pub fn stem_load_share(&self, model: &Model, data: &Data, fruit: usize) -> f64 {
+        let (own, point) = (&self.fruit[fruit], self.points[fruit]);
+        match &self.stems {
+            Some(stems) => {
+                let [zone, spur] = stems.load(model, data, fruit, point).over(own, &stems.spec.release);
+                zone.max(spur)
+            }
+            None => data.tether_spring_force(model, point).norm() / own.detach_force,
+        }
+    }
+
     /// Raises the strengths of fruit whose stems bear more than `release.rest_load` in the state of a tree at rest. On tethers nothing changes.
     pub fn strengthen_to_hang(&mut self, model: &Model, data: &Data) {
         let Some(stems) = &self.stems else { return };

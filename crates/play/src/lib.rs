@@ -25,7 +25,7 @@ pub use mesh::{Fineness, MESH_FLOATS, Mesh};
 pub use paint::{Colour, Paint, WoodPaint, load_colour};
 pub use picture::{Drawing, Group, INSTANCE_FLOATS, Picture};
 pub use rules::{GroundRules, HandRules, JogRules, PlayRules, V1_TOML};
-pub use session::{Make, Session};
+pub use session::{Make, Session, Sight};
 pub use told::{Pull, Told};
 
 /// Compiles and runs the example of the README.

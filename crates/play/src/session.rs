@@ -18,6 +18,17 @@ use crate::told::{Pull, Told};
 /// Makes a controller at the start of an episode.
 pub type Make = Box<dyn Fn() -> Box<dyn Controller> + Send>;
 
+/// Input of a frame, as the driver saw and commanded it.
+#[derive(Clone, Copy)]
+pub struct Sight<'a> {
+    /// Observation; none where nobody drives.
+    pub observation: Option<&'a Observation>,
+    /// The controller, if one drives: its log has what it noted on this observation.
+    pub controller: Option<&'a dyn Controller>,
+    /// The command of the frame.
+    pub command: &'a Command,
+}
+
 /// A world with its driver and a hand. The driver is a controller, a person ([`Session::take_over`]), or nobody: then the robot stands as it started.
 pub struct Session {
     rules: PlayRules,
@@ -112,17 +123,25 @@ impl Session {
 
     /// Advances one frame: the driver sees and commands, the hand pulls, the world steps.
     pub fn step(&mut self) {
-        self.advance(false);
+        self.advance(&mut |_, _| ());
+    }
+
+    /// Advances one frame; `before` is called when the driver has commanded and the world has not stepped yet.
+    pub fn step_seen(&mut self, before: &mut dyn FnMut(&World, &Sight<'_>)) {
+        self.advance(before);
     }
 
     /// Advances one frame and returns its digest.
     pub fn step_watched(&mut self) -> FrameDigest {
-        self.advance(true).unwrap_or_default()
+        let (observation, command) = self.advance(&mut |_, _| ());
+        frame_digest(observation.as_ref(), &command, &self.world)
     }
 
-    fn advance(&mut self, watched: bool) -> Option<FrameDigest> {
+    fn advance(&mut self, before: &mut dyn FnMut(&World, &Sight<'_>)) -> (Option<Observation>, Command) {
         let (observation, command) = self.drive();
         self.command = Some(command);
+        let controller = self.controller.as_deref();
+        before(&self.world, &Sight { observation: observation.as_ref(), controller, command: &command });
         self.hand.load(&mut self.world);
         self.world.step(&command);
         self.hand.unload(&mut self.world);
@@ -130,7 +149,7 @@ impl Session {
         let snapped = |event: &WorldEvent| matches!(event, WorldEvent::BranchSnapped { .. });
         self.snapped += self.news.iter().filter(|event| snapped(event)).count() as u32;
         self.read_state();
-        watched.then(|| frame_digest(observation.as_ref(), &command, &self.world))
+        (observation, command)
     }
 
     fn drive(&mut self) -> (Option<Observation>, Command) {
@@ -179,6 +198,11 @@ impl Session {
     /// The controller, while one drives.
     pub fn controller(&self) -> Option<&dyn Controller> {
         self.controller.as_deref()
+    }
+
+    /// State of the controller, by its log; none before it tells one, and while a person drives.
+    pub fn state(&self) -> Option<State> {
+        self.state
     }
 
     /// The set points of a person who drives.

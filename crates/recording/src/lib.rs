@@ -22,6 +22,8 @@ pub mod file;
 mod folder;
 mod joints;
 mod layout;
+#[cfg(feature = "live")]
+pub mod live;
 mod picker;
 mod read;
 mod recorder;

@@ -65,6 +65,23 @@ pub enum RecordingError {
     },
 }
 
+impl RecordingError {
+    /// The error of an episode's recording with a sentence that says what to do.
+    pub fn advised(&self) -> String {
+        let advice = match self {
+            Self::Io { .. } => return self.to_string(),
+            Self::NotMcap { .. } | Self::Foreign { .. } => {
+                "recordings of episodes stand in the folder recordings of a result of orchard bench-v1 --record"
+            }
+            Self::Damaged { .. } => "copy it again, or record the episode again by orchard bench-v1 --record",
+            Self::Other { .. } => {
+                "take the program that recorded it, or record the episode again by orchard bench-v1 --record"
+            }
+        };
+        format!("{self}; {advice}")
+    }
+}
+
 /// A whole recording.
 #[derive(Debug, Clone)]
 pub struct Recording {

@@ -37,12 +37,12 @@ pub struct Recorder<S> {
 }
 
 impl<S: Sink> Recorder<S> {
-    /// Begins with a world at the start of its episode; `frame` is the length of a frame \[s\].
+    /// Begins with a world, in a recording at the start of its episode; `frame` is the length of a frame \[s\].
     pub fn begin(sink: S, config: RecordingConfig, frame: f64, world: &World) -> Self {
         let mut recorder = Self {
             sink,
             config,
-            clock: Clock { frame, frames: 0 },
+            clock: Clock { frame, frames: world.frame() },
             transforms: Transforms::of(world),
             joints: Joints::of(world),
             cup: world.handle().cup.is_some(),
@@ -55,6 +55,16 @@ impl<S: Sink> Recorder<S> {
         recorder.protobuf(Channel::Leaves, &scene::leaves(now, world));
         recorder.protobuf(Channel::Robot, &scene::robot(now, world));
         recorder
+    }
+
+    /// Returns the sink, with what was recorded so far.
+    pub fn into_sink(self) -> S {
+        self.sink
+    }
+
+    /// Time of the present frame \[ns\].
+    pub fn now(&self) -> u64 {
+        self.clock.now()
     }
 
     /// Records the world as the episode left it, and returns the sink.

@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use orchard_geometry::{Vec3, math};
 use orchard_quantity::Quantity;
 use orchard_statistics::quantile::{ascending, quantile};
+use orchard_world::truth::FruitTruth;
 use serde::{Deserialize, Serialize};
 
 /// Percentiles between which a canopy is cut into vertical thirds.
@@ -85,6 +86,13 @@ impl ZoneFrame {
             z_high: quantile(&heights, rules.high_percentile.si())?,
             split_radius: median(p_world.iter().map(|p| distance(&axis, p)).collect())?,
         })
+    }
+
+    /// Calibrates a frame from a world's fruit at the start of an episode, of which `reachable` tells which count; fruit beyond the list do not.
+    pub fn of_start(fruit: &[FruitTruth], reachable: &[bool], rules: &ZoneRules) -> Option<Self> {
+        let points: Vec<Vec3> =
+            fruit.iter().zip(reachable).filter(|(_, counts)| **counts).map(|(f, _)| f.p_world).collect();
+        Self::calibrate(&points, rules)
     }
 
     /// The zone of a point \[m, world\]. In a canopy without vertical extent all points are in the middle third.

@@ -1,10 +1,12 @@
 //! Marks of the overlays over the present state of a world.
 
+use orchard_fruit::Phase;
 use orchard_geometry::{Pose, Vec3, transform};
 use orchard_picker::{Event, State};
-use orchard_play::Session;
+use orchard_play::{Session, load_colour};
 use orchard_world::World;
 
+use crate::canopy::Canopy;
 use crate::marks::{Marks, colour};
 use crate::overlay::{Overlay, Overlays};
 use crate::trace::contacts;
@@ -14,6 +16,8 @@ const FORCE_SCALE: f64 = 0.01;
 const LONGEST: f64 = 0.8;
 /// Radius of an arrow's shaft \[m\].
 const SHAFT: f64 = 0.006;
+/// Radius of the line along a stem \[m\].
+const STEM: f64 = 0.007;
 
 /// A sphere that the detector found in the latest image.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -99,7 +103,7 @@ pub fn state_name(state: State) -> &'static str {
 }
 
 /// Adds the marks of all overlays that are on, and of the hand's pull.
-pub fn annotate(marks: &mut Marks, session: &Session, overlays: &Overlays, seen: &[Seen]) {
+pub fn annotate(marks: &mut Marks, session: &Session, canopy: &Canopy, overlays: &Overlays, seen: &[Seen]) {
     marks.clear();
     let world = session.world();
     if let Some(pull) = session.pull() {
@@ -126,12 +130,35 @@ pub fn annotate(marks: &mut Marks, session: &Session, overlays: &Overlays, seen:
         let (p_world, radius) = reach(world);
         marks.ball(&p_world, radius, colour::SKY, 0.16);
     }
+    if overlays.has(Overlay::Zones) {
+        canopy.mark(marks, world);
+    }
+    if overlays.has(Overlay::Stems) {
+        stems(marks, world);
+    }
     if overlays.has(Overlay::Frames) {
         let (handle, data) = (world.handle(), world.data());
         marks.frame(&Pose::identity(), 0.5);
         marks.frame(&handle.x_world_base(data), 0.4);
         marks.frame(&handle.x_world_tcp(data), 0.15);
         marks.frame(&handle.x_world_camera(data), 0.15);
+    }
+}
+
+/// A line along the stem of each fruit that hangs, in the colour of its load over its strength.
+fn stems(marks: &mut Marks, world: &World) {
+    let (fruit, data) = (world.fruit(), world.data());
+    for (i, apple) in fruit.fruit.iter().enumerate() {
+        if world.fruit_lives().phase(i) != Phase::Hanging {
+            continue;
+        }
+        let x_world_segment = data.x_world_body(world.tree().bodies[apple.segment]);
+        let p_anchor = transform(x_world_segment, &apple.p_segment);
+        let p_fruit = data.point_p_world[fruit.points[i].index()];
+        let share = fruit.stem_load_share(world.model(), data, i);
+        marks.line(&p_anchor, &p_fruit, STEM, load_colour(share));
+        // It is seen past the fruit from all sides.
+        marks.ball(&p_anchor, 2.0 * STEM, load_colour(share), 1.0);
     }
 }
 

@@ -3,14 +3,26 @@
 //! A [`Stage`] holds any scenario's world with its driver and grows another as the dials are turned; a [`Pace`] says when it steps. An [`Orbit`] looks at
 //! it. [`Overlay`]s add marks ([`annotate()`]), pictures of the wrist camera ([`wrist`]) and plots ([`Trace`]).
 //!
+//! With the feature `recording`, `recorded` shows the episode of a recording; with `demos`, a `DemoFolder` keeps what a person drives as demonstrations.
+//!
 //! With the feature `window`, `window::open` shows all of it in a window, and `window::Offscreen` draws the same without one.
 
 mod annotate;
+mod audience;
+mod canopy;
+mod demonstration;
+#[cfg(feature = "recording")]
+mod episode;
+#[cfg(feature = "live")]
+pub mod live;
 mod marks;
 mod orbit;
 mod overlay;
 mod pace;
+mod pad;
 mod recorded;
+#[cfg(feature = "demos")]
+mod shelf;
 mod stage;
 mod trace;
 #[cfg(feature = "window")]
@@ -18,10 +30,18 @@ pub mod window;
 pub mod wrist;
 
 pub use annotate::{Seen, Target, annotate, line, reach, state_name, target};
+pub use audience::Audience;
+pub use canopy::Canopy;
+pub use demonstration::{DrivenFrame, PERSON, Shelf};
+#[cfg(feature = "recording")]
+pub use episode::recorded;
 pub use marks::{Marks, colour};
 pub use orbit::{Axes, Orbit};
 pub use overlay::{Overlay, Overlays};
 pub use pace::{Pace, SCALES};
+pub use pad::{PAD, Pad, PadAction, PadAxis, PadButton, PadEvent};
+#[cfg(feature = "demos")]
+pub use shelf::DemoFolder;
 pub use stage::{Dials, NOBODY, RECORDED, Setup, Stage};
 pub use trace::{Sample, Trace, contacts};
 

@@ -25,11 +25,15 @@ pub enum Overlay {
     Frames,
     /// Plots of contact force and fruit.
     Plots,
+    /// Canopy zones of the benchmark's metrics.
+    Zones,
+    /// Load of each stem over its strength.
+    Stems,
 }
 
 impl Overlay {
-    /// All overlays, in the order of their keys 1 to 9 and 0.
-    pub const ALL: [Self; 10] = [
+    /// All overlays, in the order of their keys: 1 to 9, 0, Z and X.
+    pub const ALL: [Self; 12] = [
         Self::Leaves,
         Self::Depth,
         Self::Colour,
@@ -40,6 +44,8 @@ impl Overlay {
         Self::Reach,
         Self::Frames,
         Self::Plots,
+        Self::Zones,
+        Self::Stems,
     ];
 
     /// Name on the command line and in the window.
@@ -55,6 +61,8 @@ impl Overlay {
             Self::Reach => "reach",
             Self::Frames => "frames",
             Self::Plots => "plots",
+            Self::Zones => "zones",
+            Self::Stems => "stems",
         }
     }
 
@@ -73,6 +81,10 @@ impl Overlay {
             Self::Reach => "the arm's reach sphere",
             Self::Frames => "axes of world, base, hand and camera: x orange, y green, z blue",
             Self::Plots => "contact force and fruit over time",
+            Self::Zones => {
+                "canopy zones of the metrics: fruit blue in the lower third, green in the middle, red in the upper; dense inside the rings"
+            }
+            Self::Stems => "load of each stem over its strength as the colour of a line along it",
         }
     }
 }

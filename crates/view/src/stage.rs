@@ -7,8 +7,13 @@ use orchard_play::{Make, Session};
 use orchard_robot::Command;
 use orchard_scenario::{Changes, OptionValue, Options, Scenario, ScenarioError};
 use orchard_spec::Spec;
-use orchard_world::World;
+use orchard_tasks::protocol::Protocol;
+use orchard_world::{World, WorldError};
 
+use crate::annotate::state_name;
+use crate::audience::Audience;
+use crate::canopy::Canopy;
+use crate::demonstration::{DrivenFrame, PERSON, Shelf};
 use crate::recorded::Reel;
 
 /// Name of the driver that does nothing.
@@ -23,8 +28,8 @@ const WIND: &str = "wind.speed";
 
 /// Options of a viewer.
 pub struct Setup {
-    /// Options of the scenario.
-    pub options: Options,
+    /// Options of the scenario; none for a recorded one with a part that came from a file: no other world grows of it.
+    pub options: Option<Options>,
     /// Controllers of the program.
     pub controllers: Vec<Arc<dyn ControllerKind>>,
     /// Seed of the population.
@@ -58,8 +63,16 @@ pub struct Stage {
     dials: Dials,
     scenario: Scenario,
     session: Session,
+    /// Canopy zones of the world at its start.
+    canopy: Canopy,
     /// The recorded episode on show, if it is one.
     reel: Option<Reel>,
+    /// Keeps demonstrations, if it is asked to.
+    shelf: Option<Box<dyn Shelf>>,
+    /// Frames of a demonstration under way.
+    driven: Option<Vec<DrivenFrame>>,
+    /// Who watches every frame.
+    audience: Option<Box<dyn Audience>>,
 }
 
 impl Stage {
@@ -68,8 +81,9 @@ impl Stage {
     /// # Errors
     /// An option that cannot be used, or a world that cannot be built; the message names it.
     pub fn new(setup: Setup) -> Result<Self, String> {
-        let driver = setup.options.controller.as_ref().map(|given| given.value.clone());
-        let scenario = Scenario::resolve(&setup.options, &setup.controllers).map_err(told)?;
+        let options = setup.options.clone().unwrap_or_default();
+        let driver = options.controller.as_ref().map(|given| given.value.clone());
+        let scenario = Scenario::resolve(&options, &setup.controllers).map_err(told)?;
         let dials = Dials {
             preset: None,
             foliage: None,
@@ -79,12 +93,33 @@ impl Stage {
             seed: setup.seed,
             index: setup.index,
         };
-        let session = grow(&scenario, &dials)?;
-        Ok(Self { setup, dials, scenario, session, reel: None })
+        let (session, canopy) = grow(&scenario, &dials)?;
+        Ok(Self {
+            setup,
+            dials,
+            scenario,
+            session,
+            canopy,
+            reel: None,
+            shelf: None,
+            driven: None,
+            audience: None,
+        })
     }
 
-    /// Shows a recorded episode: a world of a scenario at its start, and the commands of every frame.
-    pub fn of_recording(setup: Setup, scenario: Scenario, world: World, commands: Vec<Command>) -> Self {
+    /// Shows a recorded episode: the world of a setup's seed and index in a scenario, driven by the commands of every frame.
+    ///
+    /// # Errors
+    /// The world cannot be built.
+    pub fn of_recording(
+        setup: Setup,
+        scenario: Scenario,
+        repeat: u32,
+        commands: Vec<Command>,
+    ) -> Result<Self, String> {
+        let (seed, index) = (setup.seed, setup.index);
+        let world = scenario.world(seed, index, repeat).map_err(|e| no_world(seed, index, &e))?;
+        let canopy = canopy(&scenario, &world)?;
         let reel = Reel::new(commands, &world);
         let make = reel.make(&world);
         let dials = Dials {
@@ -96,7 +131,18 @@ impl Stage {
             seed: setup.seed,
             index: setup.index,
         };
-        Self { setup, dials, scenario, session: Session::new(world, Some(make)), reel: Some(reel) }
+        let session = Session::new(world, Some(make));
+        Ok(Self {
+            setup,
+            dials,
+            scenario,
+            session,
+            canopy,
+            reel: Some(reel),
+            shelf: None,
+            driven: None,
+            audience: None,
+        })
     }
 
     /// Advances one frame. Returns false, and does nothing, at the end of a recording that nobody changed.
@@ -106,11 +152,94 @@ impl Stage {
         if self.reel.as_ref().is_some_and(|reel| by_reel && reel.is_true() && at >= reel.frames()) {
             return false;
         }
-        self.session.step();
+        match &mut self.audience {
+            None => self.session.step(),
+            Some(audience) => {
+                self.session.step_seen(&mut |world, sight| audience.before(world, sight));
+                audience.after(self.session.world(), self.session.news());
+            }
+        }
+        self.note();
         if let Some(reel) = &mut self.reel {
             reel.keep(&self.session, by_reel);
         }
         true
+    }
+
+    /// Notes the frame that was stepped in the demonstration under way. One in which a hand pulled is given up: its commands alone do not lead there.
+    fn note(&mut self) {
+        let Some(driven) = &mut self.driven else { return };
+        if self.session.pull().is_some() {
+            self.driven = None;
+            return;
+        }
+        let Some(command) = self.session.command().copied() else { return };
+        let state = self.session.state().map_or("", state_name);
+        let phase = if self.session.is_taken_over() { PERSON } else { state };
+        driven.push(DrivenFrame { command, phase: phase.to_owned() });
+    }
+
+    /// Shows every frame from now on to an audience.
+    pub fn show_to(&mut self, audience: Box<dyn Audience>) {
+        self.audience = Some(audience);
+        self.tell_audience();
+    }
+
+    /// Tells the audience of another world or moment.
+    fn tell_audience(&mut self) {
+        if let Some(audience) = &mut self.audience {
+            audience.begin(self.session.world());
+        }
+    }
+
+    /// Keeps demonstrations on a shelf from now on.
+    pub fn keep_on(&mut self, shelf: Box<dyn Shelf>) {
+        self.shelf = Some(shelf);
+    }
+
+    /// True if demonstrations are kept.
+    pub fn has_shelf(&self) -> bool {
+        self.shelf.is_some()
+    }
+
+    /// Begins a demonstration: the world grows anew, and a person drives from its first frame.
+    ///
+    /// # Errors
+    /// A sentence that says why none can be kept: no shelf, a recording, another tree than 0, or a seed that the shelf does not take.
+    pub fn begin_demonstration(&mut self) -> Result<(), String> {
+        let Some(shelf) = &self.shelf else {
+            return Err("start the viewer with --demos DIR to keep demonstrations".to_owned());
+        };
+        if self.reel.is_some() {
+            return Err("a recorded world gives no demonstration; grow another".to_owned());
+        }
+        if self.dials.index != 0 {
+            return Err("demonstrations are of tree 0 of a seed; take another seed".to_owned());
+        }
+        shelf.check(&self.scenario, self.dials.seed)?;
+        (self.session, self.canopy) = grow(&self.scenario, &self.dials)?;
+        self.session.take_over();
+        self.driven = Some(Vec::new());
+        self.tell_audience();
+        Ok(())
+    }
+
+    /// Ends the demonstration under way, keeps it, and returns a sentence about it.
+    ///
+    /// # Errors
+    /// A sentence that says why it cannot be kept; it goes on then.
+    pub fn end_demonstration(&mut self) -> Result<String, String> {
+        let (Some(shelf), Some(driven)) = (&mut self.shelf, &self.driven) else {
+            return Err("no demonstration is under way".to_owned());
+        };
+        let sentence = shelf.keep(&self.scenario, self.dials.seed, driven)?;
+        self.driven = None;
+        Ok(sentence)
+    }
+
+    /// Frames of the demonstration under way; none without one.
+    pub fn demonstrated_frames(&self) -> Option<usize> {
+        self.driven.as_ref().map(Vec::len)
     }
 
     /// Frames of the recording on show; `None` for a live world.
@@ -133,10 +262,12 @@ impl Stage {
             self.dials.driver = RECORDED.to_owned();
             self.session.drive_by(Some(reel.make(self.session.world())));
         }
-        reel.seek(&mut self.session, frame)
+        let sought = reel.seek(&mut self.session, frame);
+        self.tell_audience();
+        sought
     }
 
-    /// Grows the world that the dials ask for. If there is none, the present one stays.
+    /// Grows the world that the dials ask for, and gives a demonstration under way up. If there is none, the present one stays.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -146,8 +277,9 @@ impl Stage {
             dials.driver = self.scenario.names().controller.clone();
         }
         let scenario = resolve(&self.setup, &dials).map_err(told)?;
-        let session = grow(&scenario, &dials)?;
-        (self.scenario, self.session, self.dials, self.reel) = (scenario, session, dials, None);
+        (self.session, self.canopy) = grow(&scenario, &dials)?;
+        (self.scenario, self.dials, self.reel, self.driven) = (scenario, dials, None, None);
+        self.tell_audience();
         Ok(())
     }
 
@@ -173,12 +305,14 @@ impl Stage {
         Ok(())
     }
 
-    /// Brings the world back to its start.
+    /// Brings the world back to its start; a demonstration under way is given up.
     pub fn reset(&mut self) {
+        self.driven = None;
         // A recorded world goes back to the recorded start.
         let is_back = self.reel.is_some() && self.seek(0).is_ok();
         if !is_back {
             self.session.reset();
+            self.tell_audience();
         }
     }
 
@@ -190,6 +324,11 @@ impl Stage {
     /// The scenario.
     pub fn scenario(&self) -> &Scenario {
         &self.scenario
+    }
+
+    /// Canopy zones of the world at its start.
+    pub fn canopy(&self) -> &Canopy {
+        &self.canopy
     }
 
     /// The session.
@@ -206,7 +345,7 @@ impl Stage {
     pub fn drivers(&self) -> Vec<String> {
         let mut names: Vec<String> =
             self.setup.controllers.iter().map(|kind| kind.name().to_owned()).collect();
-        if let Some(given) = &self.setup.options.controller
+        if let Some(given) = self.setup.options.as_ref().and_then(|options| options.controller.as_ref())
             && !names.contains(&given.value)
         {
             names.push(given.value.clone());
@@ -234,7 +373,10 @@ fn told(e: ScenarioError) -> String {
 /// The scenario of a setup under dials.
 fn resolve(setup: &Setup, dials: &Dials) -> Result<Scenario, ScenarioError> {
     let by_dial = |value: &str, dial: &str| Some(OptionValue::new(value, format!("the dial {dial}")));
-    let mut options = setup.options.clone();
+    let Some(mut options) = setup.options.clone() else {
+        let problem = "a part of the recorded scenario came from a file; give its options beside --recording to change it";
+        return Err(ScenarioError::new("the dials", problem));
+    };
     if let Some(preset) = &dials.preset {
         (options.config, options.tree) = (None, None);
         (options.tree_unit, options.tree_plant) = (None, None);
@@ -270,12 +412,22 @@ fn in_wind(spec: &Spec) -> Result<Spec, ScenarioError> {
     Changes { world, ..Changes::default() }.of_world(spec, "the dial wind")
 }
 
-fn grow(scenario: &Scenario, dials: &Dials) -> Result<Session, String> {
+fn grow(scenario: &Scenario, dials: &Dials) -> Result<(Session, Canopy), String> {
     let (seed, index) = (dials.seed, dials.index);
     let make = make(scenario, &dials.driver)?;
-    let world = scenario.world(seed, index, 0);
-    let world = world.map_err(|e| format!("tree {index} of seed {seed} cannot be built: {e}"))?;
-    Ok(Session::new(world, make))
+    let world = scenario.world(seed, index, 0).map_err(|e| no_world(seed, index, &e))?;
+    let canopy = canopy(scenario, &world)?;
+    Ok((Session::new(world, make), canopy))
+}
+
+/// The canopy zones of a world at its start.
+fn canopy(scenario: &Scenario, world: &World) -> Result<Canopy, String> {
+    let protocol = Protocol::of_scenario(scenario).map_err(|e| e.to_string())?;
+    Ok(Canopy::of(world, &protocol.zones))
+}
+
+fn no_world(seed: u64, index: u32, e: &WorldError) -> String {
+    format!("tree {index} of seed {seed} cannot be built: {e}")
 }
 
 /// Makes controllers of a scenario; none for [`NOBODY`].

@@ -2,8 +2,13 @@ use super::*;
 
 fn stage(options: &[(&str, &str)]) -> Stage {
     let options = Options::of(options).unwrap();
-    Stage::new(Setup { options, controllers: orchard_scenario::controllers(), seed: 20250704, index: 0 })
-        .unwrap()
+    Stage::new(Setup {
+        options: Some(options),
+        controllers: orchard_scenario::controllers(),
+        seed: 20250704,
+        index: 0,
+    })
+    .unwrap()
 }
 
 /// The viewer's world moves as the benchmark's does, bit for bit, whatever the scenario.
@@ -72,13 +77,12 @@ fn a_recording_is_scrubbed() {
         digests.push(world.state_digest());
     }
     let setup = Setup {
-        options: Options::default(),
+        options: Some(Options::of(&[("controller", "expert")]).unwrap()),
         controllers: orchard_scenario::controllers(),
         seed: 20250704,
         index: 0,
     };
-    let world = scenario.world(20250704, 0, 0).unwrap();
-    let mut stage = Stage::of_recording(setup, scenario, world, commands);
+    let mut stage = Stage::of_recording(setup, scenario, 0, commands).unwrap();
     assert_eq!(stage.recorded_frames(), Some(150));
     let digest = |stage: &Stage| stage.session().world().state_digest();
     for frame in [70, 130, 61, 0, 150, 149, 7] {

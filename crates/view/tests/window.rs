@@ -32,7 +32,7 @@ fn screen(test: &str) -> Option<Offscreen> {
 fn viewer(screen: &Offscreen, options: &[(&str, &str)], overlays: &str) -> Viewer {
     let options = Options::of(options).unwrap();
     let controllers = orchard_scenario::controllers();
-    let stage = Stage::new(Setup { options, controllers, seed: 20250704, index: 0 }).unwrap();
+    let stage = Stage::new(Setup { options: Some(options), controllers, seed: 20250704, index: 0 }).unwrap();
     Viewer::new(stage, Overlays::parse(overlays).unwrap(), screen.state())
 }
 
@@ -98,7 +98,9 @@ fn overlays_change_pictures_and_not_the_world() {
         (picture(screen, &mut viewer), viewer.stage().session().world().state_digest())
     };
     let (plain, without) = digest(&mut screen, "none");
-    for overlay in ["depth", "colour", "detections", "plan", "moments", "reach", "frames", "plots"] {
+    for overlay in
+        ["depth", "colour", "detections", "plan", "moments", "reach", "frames", "plots", "zones", "stems"]
+    {
         let (shown, with) = digest(&mut screen, overlay);
         assert_eq!(with, without, "{overlay}");
         let differs = plain.pixels().iter().zip(shown.pixels()).filter(|(a, b)| a != b).count();

@@ -3,8 +3,6 @@
 mod brute_force;
 mod common;
 mod detector;
-#[path = "common/direction.rs"]
-mod direction;
 mod images;
 mod light;
 #[path = "common/ray_cast.rs"]
@@ -14,3 +12,5 @@ mod real_cameras;
 mod score;
 #[path = "common/shapes.rs"]
 mod shapes;
+
+use common::direction;

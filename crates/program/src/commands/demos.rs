@@ -128,25 +128,37 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
 
 fn plan(args: &Args, episodes: u32, program: &Program) -> Result<Plan, Failure> {
     let bad = |e: &dyn std::fmt::Display| Failure::BadInput(e.to_string());
-    let option = |e: orchard_policy::SettingError| {
-        Failure::BadInput(format!("--{} {}: {}", e.option.replace('_', "-"), e.value, e.problem))
-    };
     let scenario = args.scenario.resolve_under(program, "expert")?;
     let task = match args.task {
         TaskName::Harvest => Task::Harvest,
         TaskName::Reach => Task::Reach,
         TaskName::Gentle => Task::Gentle,
     };
-    let settings = Settings::of(task);
-    let groups: Vec<&str> = args.obs.iter().map(String::as_str).collect();
-    let spaces = settings.spaces.observing(&groups).map_err(option)?;
     let hz = args.pixels_hz.unwrap_or(args.control_hz);
-    let pixels = spaces.pixels.map(|_| Pixels { height: args.pixels_size, width: args.pixels_size, hz });
-    let control = Control::named(&args.control).map_err(option)?;
-    let spaces = Spaces { pixels, control, control_hz: args.control_hz, ..spaces };
+    let settings =
+        observing(Settings::of(task), &args.obs, args.pixels_size, hz, &args.control, args.control_hz)?;
     let seeds = args.seeds.resolve(&Protocol::of_scenario(&scenario)?).map_err(Failure::BadInput)?;
     let via = if args.policy_actions { Via::Actions } else { Via::Commands };
-    Plan::new(scenario, Settings { spaces, ..settings }, via, seeds, episodes).map_err(|e| bad(&e))
+    Plan::new(scenario, settings, via, seeds, episodes).map_err(|e| bad(&e))
+}
+
+/// Settings with other observations and actions, as the options of this name give them.
+pub fn observing(
+    settings: Settings,
+    obs: &[String],
+    pixels_size: u32,
+    pixels_hz: u32,
+    control: &str,
+    control_hz: u32,
+) -> Result<Settings, Failure> {
+    let option = |e: orchard_policy::SettingError| {
+        Failure::BadInput(format!("--{} {}: {}", e.option.replace('_', "-"), e.value, e.problem))
+    };
+    let groups: Vec<&str> = obs.iter().map(String::as_str).collect();
+    let spaces = settings.spaces.observing(&groups).map_err(option)?;
+    let pixels = spaces.pixels.map(|_| Pixels { height: pixels_size, width: pixels_size, hz: pixels_hz });
+    let control = Control::named(control).map_err(option)?;
+    Ok(Settings { spaces: Spaces { pixels, control, control_hz, ..spaces }, ..settings })
 }
 
 fn demonstrate(plan: &Plan, store: &Store, threads: usize) -> Result<DemosResult, Failure> {

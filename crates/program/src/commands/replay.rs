@@ -37,7 +37,7 @@ pub struct Args {
 
 pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     let bad = |e: &dyn std::fmt::Display| Failure::BadInput(e.to_string());
-    let recording = Recording::open(&args.file).map_err(|e| bad(&e))?;
+    let recording = Recording::open(&args.file).map_err(|e| Failure::BadInput(e.advised()))?;
     let config = RecordingConfig::paper();
     let harvest = harvest(&recording, &config, &args.scenario, program)?;
     let stop = interrupt::listen()?;
@@ -70,7 +70,7 @@ pub fn harvest(
     here.key.code_version = CODE_VERSION.to_owned();
     here.key.schema_version = SCHEMA_VERSION;
     // The code version is checked first: another version may have other controllers.
-    let check = |here: &Header| recording.check(here).map_err(|e| Failure::BadInput(e.to_string()));
+    let check = |here: &Header| recording.check(here).map_err(|e| Failure::BadInput(e.advised()));
     check(&here)?;
     let by = recording.path().display().to_string();
     let harvest = Harvest::new(scenario.resolve_stored(program, || Ok(there.scenario.clone()), &by)?)?;

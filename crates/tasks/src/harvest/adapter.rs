@@ -114,17 +114,37 @@ impl<S: Simulated> BenchWorld for S {
     }
 }
 
+/// Reads the log of a controller incrementally.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct LogReader {
+    events_read: usize,
+    images_read: usize,
+}
+
+impl LogReader {
+    /// Returns what is new in a record since the last read, images first.
+    pub fn read(&mut self, record: &Record) -> Vec<ControllerEvent> {
+        let detected = |image: &ImageReport| ControllerEvent::Detected {
+            p_odom: image.detections.iter().map(|d| d.p_odom).collect(),
+            radius: image.detections.iter().map(|d| d.radius).collect(),
+        };
+        let mut log: Vec<ControllerEvent> =
+            since(&record.images, &mut self.images_read).iter().map(detected).collect();
+        log.extend(since(&record.events, &mut self.events_read).iter().map(logged));
+        log
+    }
+}
+
 /// A controller whose event log is read incrementally.
 pub struct Recorded<C> {
     controller: C,
-    events_read: usize,
-    images_read: usize,
+    reader: LogReader,
 }
 
 impl<C: Controller> Recorded<C> {
     /// Wraps a controller at the start of an episode.
     pub fn new(controller: C) -> Self {
-        Self { controller, events_read: 0, images_read: 0 }
+        Self { controller, reader: LogReader::default() }
     }
 }
 
@@ -134,15 +154,7 @@ impl<C: Controller> BenchController for Recorded<C> {
     }
 
     fn drain_log(&mut self) -> Vec<ControllerEvent> {
-        let record = self.controller.record();
-        let detected = |image: &ImageReport| ControllerEvent::Detected {
-            p_odom: image.detections.iter().map(|d| d.p_odom).collect(),
-            radius: image.detections.iter().map(|d| d.radius).collect(),
-        };
-        let mut log: Vec<ControllerEvent> =
-            since(&record.images, &mut self.images_read).iter().map(detected).collect();
-        log.extend(since(&record.events, &mut self.events_read).iter().map(logged));
-        log
+        self.reader.read(self.controller.record())
     }
 }
 

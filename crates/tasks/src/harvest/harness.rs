@@ -183,8 +183,6 @@ impl EpisodeLog {
         }
         let mut reachable = world.reachable();
         reachable.resize(start.len(), false);
-        let points: Vec<Vec3> =
-            start.iter().zip(&reachable).filter(|(_, r)| **r).map(|(f, _)| f.p_world).collect();
         Self {
             frame,
             visible_pixels: protocol.rules.visible_pixels.get(),
@@ -193,7 +191,7 @@ impl EpisodeLog {
             contact_gap: (protocol.rules.contact_gap.si() / frame).round() as u32,
             frames: 0,
             bruise_volume: protocol.rules.bruise_volume.si(),
-            zones: ZoneFrame::calibrate(&points, &protocol.zones),
+            zones: ZoneFrame::of_start(&start, &reachable, &protocol.zones),
             start,
             reachable,
             reachable_ik_count: world.reachable_ik_count(),

@@ -4,6 +4,7 @@ use eframe::egui::{InputState, Key};
 use orchard_play::Wish;
 
 use crate::overlay::Overlay;
+use crate::pad::PadAction;
 
 /// What a key does once, when it is pressed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,6 +31,8 @@ pub enum Action {
     Grab,
     /// Closes or opens the hand.
     Hand,
+    /// Begins a demonstration, or ends and keeps it.
+    Demonstrate,
     /// Writes a picture.
     Screenshot,
     /// Switches an overlay.
@@ -37,7 +40,7 @@ pub enum Action {
 }
 
 /// Keys of the actions other than overlays, with words for the help.
-pub const ACTIONS: [(Key, Action, &str); 12] = [
+pub const ACTIONS: [(Key, Action, &str); 13] = [
     (Key::Space, Action::Pause, "pause, go on"),
     (Key::Period, Action::Step, "a single step"),
     (Key::Plus, Action::Faster, "faster"),
@@ -49,11 +52,12 @@ pub const ACTIONS: [(Key, Action, &str); 12] = [
     (Key::G, Action::Grab, "grab what is in the middle, let go"),
     (Key::F, Action::Follow, "follow the robot"),
     (Key::H, Action::Home, "first view"),
+    (Key::B, Action::Demonstrate, "begin a demonstration (--demos), end and keep it"),
     (Key::P, Action::Screenshot, "write a picture"),
 ];
 
 /// Keys of the overlays, in their order.
-pub const OVERLAYS: [Key; 10] = [
+pub const OVERLAYS: [Key; 12] = [
     Key::Num1,
     Key::Num2,
     Key::Num3,
@@ -64,6 +68,8 @@ pub const OVERLAYS: [Key; 10] = [
     Key::Num8,
     Key::Num9,
     Key::Num0,
+    Key::Z,
+    Key::X,
 ];
 
 /// Keys by which a person drives, with words for the help.
@@ -88,8 +94,19 @@ pub fn actions(input: &InputState) -> Vec<Action> {
     named.chain(equals).chain(switched.map(|(_, overlay)| Action::Switch(overlay))).collect()
 }
 
-/// The wish of a person by the keys that are down; the hand stays as it is.
-pub fn wish(input: &InputState, closes: bool) -> Wish {
+/// The action of a gamepad's button.
+pub fn of_pad(action: PadAction) -> Action {
+    match action {
+        PadAction::Hand => Action::Hand,
+        PadAction::TakeOver => Action::TakeOver,
+        PadAction::Pause => Action::Pause,
+        PadAction::Demonstrate => Action::Demonstrate,
+        PadAction::Follow => Action::Follow,
+    }
+}
+
+/// The wish of a person by the keys that are down, without the hand.
+pub fn wish(input: &InputState) -> Wish {
     let axis = |more: Key, less: Key| {
         f64::from(u8::from(input.key_down(more))) - f64::from(u8::from(input.key_down(less)))
     };
@@ -97,7 +114,7 @@ pub fn wish(input: &InputState, closes: bool) -> Wish {
     let three = [axis(Key::I, Key::K), axis(Key::J, Key::L), axis(Key::U, Key::O)];
     let zero = [0.0; 3];
     let (hand, turn) = if input.modifiers.shift { (zero, three) } else { (three, zero) };
-    Wish { base, hand, turn, closes }
+    Wish { base, hand, turn, closes: false }
 }
 
 /// Movement of the view by the arrow keys and Page Up, Page Down: turns to the right and up, and the zoom, each -1 to 1.

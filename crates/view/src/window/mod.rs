@@ -1,7 +1,10 @@
 //! The window, and pictures of it without a screen.
 
+mod clock;
 mod device;
 mod file;
+#[cfg(feature = "gamepad")]
+mod gamepad;
 mod keys;
 mod layout;
 mod looks;
@@ -9,11 +12,12 @@ mod offscreen;
 mod open;
 mod panels;
 mod plots;
+mod pointer;
 mod renderer;
 mod video;
 mod viewer;
 
-pub use file::write_png;
+pub use file::{write_png, write_png_fast};
 pub use offscreen::Offscreen;
 pub use open::open;
 pub use video::{Tally, video};

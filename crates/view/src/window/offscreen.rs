@@ -1,12 +1,13 @@
 //! The window's picture without a window.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use eframe::egui::{self, Event, RawInput, Rect, pos2, vec2};
 use eframe::egui_wgpu::{RenderState, ScreenDescriptor};
 use orchard_geometry::Image;
 
 use super::ViewError;
+use super::clock::thread_time;
 use super::device::{one_line, without_window};
 use super::layout;
 use super::viewer::Viewer;
@@ -22,7 +23,7 @@ pub struct Offscreen {
     size: [u32; 2],
     texture: wgpu::Texture,
     time: f64,
-    /// Time of this thread for the latest picture, without the steps of the world and without the wait for the device.
+    /// Processor time of this thread for the latest picture, without the steps of the world.
     own_time: Duration,
 }
 
@@ -59,14 +60,14 @@ impl Offscreen {
         &self.state
     }
 
-    /// Time of this thread for the latest picture, without the steps of the world and without the wait for the device.
+    /// Processor time of this thread for the latest picture, without the steps of the world. Where a driver in software draws, it does so on other threads.
     pub fn own_time(&self) -> Duration {
         self.own_time
     }
 
     /// Lets a viewer take input and draw, `elapsed` \[s\] after the last picture.
     pub fn draw(&mut self, viewer: &mut Viewer, elapsed: f64, events: Vec<Event>) {
-        let start = Instant::now();
+        let start = thread_time();
         self.time += elapsed;
         let [width, height] = self.size.map(|side| side as f32);
         let input = RawInput {
@@ -111,7 +112,7 @@ impl Offscreen {
         unused.sort_unstable();
         unused.iter().for_each(|id| renderer.free_texture(id));
         output.textures_delta.clear();
-        self.own_time = start.elapsed().saturating_sub(viewer.costs().stepping);
+        self.own_time = thread_time().saturating_sub(start).saturating_sub(viewer.costs().stepping_processor);
     }
 
     /// Waits for the device, as a window does before it shows a picture.

@@ -11,16 +11,22 @@ use crate::overlay::Overlays;
 use crate::stage::Stage;
 
 /// A viewer in a window.
-struct App(Viewer);
+struct App {
+    viewer: Viewer,
+    #[cfg(feature = "gamepad")]
+    gamepads: super::gamepad::Gamepads,
+}
 
 impl eframe::App for App {
     fn ui(&mut self, ui: &mut egui::Ui, frame: &mut Frame) {
         let Some(state) = frame.wgpu_render_state() else { return };
-        self.0.set_elapsed(f64::from(ui.input(|input| input.unstable_dt)));
+        self.viewer.set_elapsed(f64::from(ui.input(|input| input.unstable_dt)));
         if let Some(time) = frame.info().cpu_usage {
-            self.0.set_window_time(f64::from(time));
+            self.viewer.set_window_time(f64::from(time));
         }
-        layout::show(&mut self.0, ui, state);
+        #[cfg(feature = "gamepad")]
+        self.viewer.tell_pad(self.gamepads.events());
+        layout::show(&mut self.viewer, ui, state);
         ui.ctx().request_repaint();
     }
 }
@@ -39,7 +45,11 @@ pub fn open(stage: Stage, overlays: Overlays, size: [u32; 2]) -> Result<(), View
     let make = move |creation: &CreationContext<'_>| -> Result<Box<dyn eframe::App>, _> {
         let state = creation.wgpu_render_state.as_ref().ok_or("the window has no graphics device")?;
         super::looks::set(&creation.egui_ctx);
-        let app: Box<dyn eframe::App> = Box::new(App(Viewer::new(stage, overlays, state)));
+        let app: Box<dyn eframe::App> = Box::new(App {
+            viewer: Viewer::new(stage, overlays, state),
+            #[cfg(feature = "gamepad")]
+            gamepads: super::gamepad::Gamepads::find(),
+        });
         Ok(app)
     };
     eframe::run_native("orchard-view", options, Box::new(make)).map_err(|e| {

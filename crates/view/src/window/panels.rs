@@ -15,6 +15,7 @@ use super::viewer::{Viewer, WristPicture};
 use crate::annotate::{line, state_name};
 use crate::overlay::Overlay;
 use crate::pace::SCALES;
+use crate::pad::PAD;
 use crate::stage::Dials;
 
 /// Width of the panel of dials [points], and height of that of plots.
@@ -93,6 +94,17 @@ fn run(viewer: &mut Viewer, ui: &mut Ui) {
         ui.toggle_value(&mut viewer.follows, "Follow").on_hover_text("the view moves with the robot (F)");
         ui.toggle_value(&mut viewer.shows_keys, "Keys");
     });
+    if viewer.stage.has_shelf() {
+        let driven = viewer.stage.demonstrated_frames().is_some();
+        let text = if driven { "Keep the demonstration" } else { "Demonstrate" };
+        let button = ui.add(Button::new(text).selected(driven));
+        if button
+            .on_hover_text("from the start of the world, kept in the folder of --demos (B); R gives it up")
+            .clicked()
+        {
+            asked = Some(Action::Demonstrate);
+        }
+    }
     if let Some(action) = asked {
         viewer.act(ui, action);
     }
@@ -166,8 +178,7 @@ fn switches(viewer: &mut Viewer, ui: &mut Ui) {
     Grid::new("overlays").num_columns(2).show(ui, |ui| {
         for (k, overlay) in Overlay::ALL.into_iter().enumerate() {
             let mut on = viewer.overlays.has(overlay);
-            let key = (k + 1) % Overlay::ALL.len();
-            let text = format!("{key} {}", overlay.name());
+            let text = format!("{} {}", keys::OVERLAYS[k].symbol_or_name(), overlay.name());
             if ui.checkbox(&mut on, text).on_hover_text(overlay.help()).changed() {
                 viewer.overlays.switch(overlay);
             }
@@ -176,15 +187,23 @@ fn switches(viewer: &mut Viewer, ui: &mut Ui) {
             }
         }
     });
-    if viewer.overlays.has(Overlay::Moments) {
-        legend(ui);
+    for (overlay, words) in
+        [(Overlay::Moments, "bending moment / rupture moment"), (Overlay::Stems, "stem load / strength")]
+    {
+        if viewer.overlays.has(overlay) {
+            legend(ui, words);
+        }
+    }
+    if viewer.overlays.has(Overlay::Zones) {
+        ui.label("zones: red above, green between,\nblue below; dense inside the rings")
+            .on_hover_text(Overlay::Zones.help());
     }
 }
 
-/// The colours of bending moments.
-fn legend(ui: &mut Ui) {
+/// The colours of a share.
+fn legend(ui: &mut Ui, words: &str) {
     const STEPS: usize = 40;
-    ui.label("bending moment / rupture moment");
+    ui.label(words);
     let (rect, _) = ui.allocate_exact_size(vec2(LEFT - 40.0, 10.0), egui::Sense::hover());
     let width = rect.width() / STEPS as f32;
     for k in 0..STEPS {
@@ -195,7 +214,7 @@ fn legend(ui: &mut Ui) {
     ui.horizontal(|ui| {
         ui.label("0");
         ui.add_space(LEFT - 96.0);
-        ui.label("1: breaks");
+        ui.label("1: gives way");
     });
 }
 
@@ -229,6 +248,9 @@ fn status(viewer: &Viewer, ui: &Ui, rect: Rect) {
         "{:.1} s   {driver}   bucket {}   ground {}   on the tree {}   snapped {}",
         told.time, told.picked, told.dropped, told.hanging, told.snapped
     );
+    if let Some(frames) = viewer.stage.demonstrated_frames() {
+        text += &format!("   demonstration {:.1} s", frames as f64 * viewer.frame_time());
+    }
     if !viewer.pace.paused && viewer.speed < 0.95 * viewer.pace.scale() {
         text += &format!("   {:.1} x real time is all this machine can", viewer.speed);
     }
@@ -305,13 +327,16 @@ fn key_list(viewer: &Viewer, ui: &Ui, rect: Rect) {
                 }
                 row(ui, "C", "close or open the hand");
                 row(ui, "T", "take over, give back");
+                if cfg!(feature = "gamepad") && viewer.shows_keys {
+                    PAD.iter().for_each(|(place, words)| row(ui, &format!("pad: {place}"), words));
+                }
                 if viewer.shows_keys {
                     for (key, action, words) in keys::ACTIONS {
                         if !matches!(action, Action::Hand | Action::TakeOver) {
                             row(ui, key.symbol_or_name(), words);
                         }
                     }
-                    row(ui, "1 to 9, 0", "overlays");
+                    row(ui, "1 to 9, 0, Z, X", "overlays");
                     row(ui, "arrows, Page Up, Page Down", "turn the view, zoom");
                     row(ui, "drag a branch, a fruit, the robot", "pull it");
                     row(ui, "drag beside them", "turn the view; right or Shift: move it; wheel: zoom");

@@ -14,8 +14,8 @@ use crate::orbit::Orbit;
 /// Colour of the sky as sRGB, and direction to the sun: those of the page in a browser.
 pub const SKY: [f32; 3] = [0.875, 0.91, 0.933];
 const SUN: [f64; 3] = [0.42, -0.35, 0.84];
-/// Samples a pixel.
-const SAMPLES: u32 = 4;
+/// Samples a pixel where edges are smooth.
+const SMOOTH: u32 = 4;
 /// Place of level ground in the meshes of a picture, which casts no shadow.
 const SQUARE: usize = 3;
 const FLOAT: u64 = size_of::<f32>() as u64;
@@ -50,7 +50,8 @@ pub struct Lists<'a> {
 /// Textures of a size.
 struct Target {
     size: [u32; 2],
-    colour: wgpu::TextureView,
+    /// Several samples a pixel; none where `shown` itself is drawn on.
+    colour: Option<wgpu::TextureView>,
     depth: wgpu::TextureView,
     shown: wgpu::TextureView,
 }
@@ -67,6 +68,8 @@ pub struct Renderer {
     world: Layer,
     over: Layer,
     target: Option<Target>,
+    /// Samples a pixel.
+    samples: u32,
     draw_calls: u32,
 }
 
@@ -89,8 +92,14 @@ fn instance_attributes() -> [wgpu::VertexAttribute; 5] {
 }
 
 impl Renderer {
+    /// True if a device draws smooth edges without taking long: not if it draws in software, where they take about as long again.
+    pub fn is_fast(state: &RenderState) -> bool {
+        state.adapter.get_info().device_type != wgpu::DeviceType::Cpu
+    }
+
     /// A renderer without meshes on the device of a window.
-    pub fn new(state: &RenderState) -> Self {
+    pub fn new(state: &RenderState, is_smooth: bool) -> Self {
+        let samples = if is_smooth { SMOOTH } else { 1 };
         let device = state.device.clone();
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some("scene"),
@@ -126,7 +135,7 @@ impl Renderer {
             immediate_size: 0,
         });
         let make = |vertex: &str, fragment: &str, blends: bool| {
-            pipeline(&device, &module, &pipeline_layout, [vertex, fragment], blends)
+            pipeline(&device, &module, &pipeline_layout, [vertex, fragment], blends, samples)
         };
         let solid = make("vertex", "fragment", false);
         let shadow = make("shadow_vertex", "shadow_fragment", false);
@@ -135,7 +144,20 @@ impl Renderer {
             || Layer { meshes: Vec::new(), instances: instance_buffer(&device, 1), counts: Vec::new() };
         let (world, over) = (layer(), layer());
         let queue = state.queue.clone();
-        Self { device, queue, view, group, solid, shadow, marks, world, over, target: None, draw_calls: 0 }
+        Self {
+            device,
+            queue,
+            view,
+            group,
+            solid,
+            shadow,
+            marks,
+            world,
+            over,
+            target: None,
+            samples,
+            draw_calls: 0,
+        }
     }
 
     /// Forgets the meshes of the world: another one follows.
@@ -159,7 +181,7 @@ impl Renderer {
         let size = size.map(|pixels| pixels.max(1));
         let is_new = self.target.as_ref().is_none_or(|target| target.size != size);
         if is_new {
-            self.target = Some(Target::new(&self.device, size));
+            self.target = Some(Target::new(&self.device, size, self.samples));
         }
         self.write_view(orbit, f64::from(size[0]) / f64::from(size[1]));
         self.world.load(&self.device, &self.queue, world);
@@ -169,9 +191,9 @@ impl Renderer {
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("scene"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: &target.colour,
+                view: target.colour.as_ref().unwrap_or(&target.shown),
                 depth_slice: None,
-                resolve_target: Some(&target.shown),
+                resolve_target: target.colour.as_ref().map(|_| &target.shown),
                 ops: wgpu::Operations {
                     load: wgpu::LoadOp::Clear(wgpu::Color {
                         r: f64::from(SKY[0]),
@@ -179,7 +201,11 @@ impl Renderer {
                         b: f64::from(SKY[2]),
                         a: 1.0,
                     }),
-                    store: wgpu::StoreOp::Discard,
+                    // With several samples only their mean is kept.
+                    store: match target.colour {
+                        Some(_) => wgpu::StoreOp::Discard,
+                        None => wgpu::StoreOp::Store,
+                    },
                 },
             })],
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
@@ -226,6 +252,7 @@ fn pipeline(
     layout: &wgpu::PipelineLayout,
     [vertex, fragment]: [&str; 2],
     blends: bool,
+    samples: u32,
 ) -> wgpu::RenderPipeline {
     let (of_vertex, of_instance) = (vertex_attributes(), instance_attributes());
     let buffer = |floats: usize, step_mode, attributes| {
@@ -253,7 +280,7 @@ fn pipeline(
             stencil: Default::default(),
             bias: Default::default(),
         }),
-        multisample: wgpu::MultisampleState { count: SAMPLES, ..Default::default() },
+        multisample: wgpu::MultisampleState { count: samples, ..Default::default() },
         fragment: Some(wgpu::FragmentState {
             module,
             entry_point: Some(fragment),
@@ -318,7 +345,7 @@ impl Layer {
 }
 
 impl Target {
-    fn new(device: &wgpu::Device, size: [u32; 2]) -> Self {
+    fn new(device: &wgpu::Device, size: [u32; 2], samples: u32) -> Self {
         let texture = |format, sample_count, usage| {
             let texture = device.create_texture(&wgpu::TextureDescriptor {
                 label: Some("scene"),
@@ -335,8 +362,8 @@ impl Target {
         let drawn = wgpu::TextureUsages::RENDER_ATTACHMENT;
         Self {
             size,
-            colour: texture(FORMAT, SAMPLES, drawn),
-            depth: texture(DEPTH, SAMPLES, drawn),
+            colour: (samples > 1).then(|| texture(FORMAT, samples, drawn)),
+            depth: texture(DEPTH, samples, drawn),
             shown: texture(FORMAT, 1, drawn | wgpu::TextureUsages::TEXTURE_BINDING),
         }
     }

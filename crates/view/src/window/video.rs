@@ -13,7 +13,7 @@ pub struct Tally {
     pub pictures: u32,
     /// Time for all of them.
     pub whole: Duration,
-    /// Time of this thread for them, without the steps of the world and without the wait for the device.
+    /// Processor time of this thread for them, without the steps of the world.
     pub own: Duration,
     /// Time of the world's steps.
     pub stepping: Duration,
@@ -30,7 +30,7 @@ impl Tally {
         let rate = f64::from(self.pictures) / whole.max(f64::MIN_POSITIVE);
         let (own, stepping, calls) = (each(self.own), each(self.stepping), self.draw_calls);
         format!(
-            "{} pictures, {rate:.1} a second; of each, viewer {own:.1} ms, world {stepping:.1} ms; at most {calls} draw calls of the scene",
+            "{} pictures, {rate:.1} a second; of each, viewer {own:.1} ms of processor time, world {stepping:.1} ms; at most {calls} draw calls of the scene",
             self.pictures
         )
     }

@@ -4,14 +4,13 @@ use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant};
 
-use eframe::egui::{
-    self, Color32, Key, PointerButton, Rect, Sense, TextureHandle, TextureId, TextureOptions, Ui,
-};
+use eframe::egui::{self, Color32, Rect, Sense, TextureHandle, TextureId, TextureOptions, Ui};
 use eframe::egui_wgpu::RenderState;
 use orchard_geometry::{Image, Vec3};
-use orchard_play::{Drawing, Mesh, Paint, Reach, WoodPaint};
+use orchard_play::{Drawing, Mesh, Paint, Reach, Wish, WoodPaint};
 use orchard_robot::Command;
 
+use super::clock::thread_time;
 use super::file::{without_alpha, write_png};
 use super::keys::{self, Action};
 use super::renderer::{Lists, Renderer};
@@ -20,6 +19,7 @@ use crate::marks::Marks;
 use crate::orbit::Orbit;
 use crate::overlay::{Overlay, Overlays};
 use crate::pace::Pace;
+use crate::pad::{Pad, PadEvent};
 use crate::stage::{Dials, Stage};
 use crate::trace::Trace;
 use crate::wrist;
@@ -27,15 +27,17 @@ use crate::wrist;
 /// Longest time that the world may take between two pictures; what is left then is dropped, and the world runs slower than asked.
 const STEPPING: Duration = Duration::from_millis(50);
 /// Turn of the view for a drag of one point, and by a key in a second \[rad\].
-const TURN: [f64; 2] = [0.006, 1.2];
+pub(super) const TURN: [f64; 2] = [0.006, 1.2];
 /// Factor of the distance for a point of the wheel, and exponent by a key in a second.
-const ZOOM: [f64; 2] = [0.0015, 1.0];
+pub(super) const ZOOM: [f64; 2] = [0.0015, 1.0];
 
 /// Costs of a picture.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Costs {
     /// Time of the world's steps before it.
     pub stepping: Duration,
+    /// Processor time of this thread for the steps.
+    pub stepping_processor: Duration,
     /// Frames stepped.
     pub steps: u32,
     /// Draw calls of the scene.
@@ -65,6 +67,9 @@ pub struct Viewer {
     /// A sentence for the person, and whether it tells of a failure.
     pub(super) message: Option<String>,
     pub(super) closes: bool,
+    pad: Pad,
+    /// Events of gamepads that wait for the next picture.
+    pad_events: Vec<PadEvent>,
     pub(super) shows_keys: bool,
     /// Rate of the world against the clock, smoothed.
     pub(super) speed: f64,
@@ -77,7 +82,7 @@ pub struct Viewer {
     renderer: Renderer,
     scene: Option<TextureId>,
     /// Depth along the view at which the pointer pulls \[m\].
-    pull_depth: Option<f64>,
+    pub(super) pull_depth: Option<f64>,
     p_base: Vec3,
     elapsed: f64,
     owed: u32,
@@ -106,13 +111,15 @@ impl Viewer {
             colour: None,
             message: None,
             closes: false,
+            pad: Pad::default(),
+            pad_events: Vec::new(),
             shows_keys: false,
             speed: 1.0,
             rate: None,
             seen_frame: None,
             marks: Marks::default(),
             mark_meshes: Marks::meshes(),
-            renderer: Renderer::new(state),
+            renderer: Renderer::new(state, Renderer::is_fast(state)),
             scene: None,
             pull_depth: None,
             p_base,
@@ -122,6 +129,11 @@ impl Viewer {
             costs: Costs::default(),
             answers: channel(),
         }
+    }
+
+    /// Draws smooth edges from now on, however long that takes. A device in software draws none otherwise.
+    pub fn smooth(&mut self, state: &RenderState) {
+        self.renderer = Renderer::new(state, true);
     }
 
     /// The stage.
@@ -153,6 +165,11 @@ impl Viewer {
         self.stage.session().world().spec().sim.frame()
     }
 
+    /// Tells what a gamepad told since the latest picture.
+    pub fn tell_pad(&mut self, events: impl IntoIterator<Item = PadEvent>) {
+        self.pad_events.extend(events);
+    }
+
     /// Steps so many frames before the next picture, and from now on no others, whatever the clock says.
     pub fn owe(&mut self, frames: u32) {
         (self.owed, self.has_clock) = (frames, false);
@@ -165,11 +182,20 @@ impl Viewer {
 
     /// Takes the keys, steps the world, and brings pictures of the wrist camera up to date.
     pub(super) fn advance(&mut self, ui: &Ui) {
-        if !ui.ctx().egui_wants_keyboard_input() {
+        for event in std::mem::take(&mut self.pad_events) {
+            if let Some(action) = self.pad.take(event) {
+                self.act(ui, keys::of_pad(action));
+            }
+        }
+        if ui.ctx().egui_wants_keyboard_input() {
+            let wish = Wish { closes: self.closes, ..Wish::default() };
+            self.stage.session_mut().wish(self.pad.over(wish));
+        } else {
             let (actions, wish, view) =
-                ui.input(|input| (keys::actions(input), keys::wish(input, self.closes), keys::view(input)));
+                ui.input(|input| (keys::actions(input), keys::wish(input), keys::view(input)));
             actions.into_iter().for_each(|action| self.act(ui, action));
-            self.stage.session_mut().wish(wish);
+            let wish = Wish { closes: self.closes, ..wish };
+            self.stage.session_mut().wish(self.pad.over(wish));
             let by_key = TURN[1] * self.elapsed;
             if view != [0.0; 3] {
                 self.orbit.turn(-view[0] * by_key, view[1] * by_key);
@@ -191,7 +217,7 @@ impl Viewer {
         // Panels may be laid out twice for a picture; time passes once.
         let elapsed = std::mem::take(&mut self.elapsed);
         let due = if self.has_clock { self.pace.due(elapsed, frame) } else { owed };
-        let (start, mut steps) = (Instant::now(), 0);
+        let (start, processor, mut steps) = (Instant::now(), thread_time(), 0);
         while steps < due && (!self.has_clock || start.elapsed() < STEPPING) {
             if !self.stage.step() {
                 self.pace.paused = true;
@@ -202,6 +228,7 @@ impl Viewer {
         }
         if steps > 0 || elapsed > 0.0 {
             (self.costs.stepping, self.costs.steps) = (start.elapsed(), steps);
+            self.costs.stepping_processor = thread_time().saturating_sub(processor);
         }
         if self.has_clock && !self.pace.paused && elapsed > 0.0 {
             let now = f64::from(steps) * frame / elapsed;
@@ -262,6 +289,7 @@ impl Viewer {
             Action::Slower => self.pace.set_scale(self.pace.scale() / 2.0),
             Action::Grab => self.grab_in_the_middle(),
             Action::Hand => self.closes = !self.closes,
+            Action::Demonstrate => self.demonstrate(),
             Action::Screenshot => self.screenshot(ui),
             Action::Switch(overlay) => self.overlays.switch(overlay),
         }
@@ -275,6 +303,29 @@ impl Viewer {
         let is_closed = |c: &Command| c.vacuum > 0.5 || c.finger_q < half_open;
         self.closes = session.command().is_some_and(is_closed) && !session.is_taken_over();
         if session.is_taken_over() { session.give_back() } else { session.take_over() }
+    }
+
+    /// Begins a demonstration, or ends and keeps the one under way.
+    fn demonstrate(&mut self) {
+        if self.stage.demonstrated_frames().is_some() {
+            let (Ok(sentence) | Err(sentence)) = self.stage.end_demonstration();
+            self.message = Some(sentence);
+            return;
+        }
+        self.message = self.stage.begin_demonstration().err();
+        if self.message.is_none() {
+            self.closes = false;
+            self.begin();
+        }
+    }
+
+    /// True if a demonstration is under way, in which nobody pulls; then the person is told.
+    pub(super) fn refuses_pull(&mut self) -> bool {
+        let refuses = self.stage.demonstrated_frames().is_some();
+        if refuses {
+            self.message = Some("nobody pulls in a demonstration: the robot alone moves things".to_owned());
+        }
+        refuses
     }
 
     /// Grows the world of other dials.
@@ -310,6 +361,9 @@ impl Viewer {
         if self.stage.session().pull().is_some() {
             return self.stage.session_mut().release();
         }
+        if self.refuses_pull() {
+            return;
+        }
         let (p, along) = self.orbit.ray([0.0, 0.0], 1.0);
         if let Some(place) = self.stage.session_mut().grab(&p, &along, true, Reach::All) {
             // Towards the eye: the person sees at once that it pulls.
@@ -340,60 +394,12 @@ impl Viewer {
         self.draw(ui, rect, state);
     }
 
-    /// Turns, moves and zooms the view, and pulls.
-    fn point(&mut self, ui: &Ui, rect: Rect, response: &egui::Response) {
-        let aspect = f64::from(rect.width() / rect.height().max(1.0));
-        let place = |pos: egui::Pos2| {
-            let at = (pos - rect.min) / rect.size();
-            [f64::from(2.0 * at.x - 1.0), f64::from(1.0 - 2.0 * at.y)]
-        };
-        let (shift, escape) = ui.input(|input| (input.modifiers.shift, input.key_pressed(Key::Escape)));
-        if response.drag_started_by(PointerButton::Primary) && !shift {
-            let origin = ui.input(|input| input.pointer.press_origin());
-            if let Some(origin) = origin.or(response.interact_pointer_pos()) {
-                let (p, along) = self.orbit.ray(place(origin), aspect);
-                let grabbed = self.stage.session_mut().grab(&p, &along, false, Reach::All);
-                self.pull_depth = grabbed.map(|p_world| self.orbit.depth(&p_world));
-            }
-        }
-        let delta = response.drag_delta();
-        let (right, up) = (f64::from(delta.x), f64::from(-delta.y));
-        let height = f64::from(rect.height().max(1.0));
-        match self.pull_depth {
-            Some(depth) => {
-                if let Some(pos) = response.interact_pointer_pos() {
-                    let target = self.orbit.at(place(pos), aspect, depth);
-                    self.stage.session_mut().pull_to(&target);
-                }
-                if self.stage.session().pull().is_none() {
-                    self.pull_depth = None;
-                }
-            }
-            None if response.dragged_by(PointerButton::Primary) && !shift => {
-                self.orbit.turn(right * TURN[0], -up * TURN[0]);
-            }
-            None if response.dragged() => self.orbit.pan(right / height, up / height),
-            None => {}
-        }
-        if response.drag_stopped() && self.pull_depth.take().is_some() || escape {
-            self.stage.session_mut().release();
-            self.pull_depth = None;
-        }
-        if response.hovered() {
-            let (wheel, pinch) = ui.input(|input| (input.smooth_scroll_delta().y, input.zoom_delta()));
-            let factor = orchard_geometry::math::exp(-ZOOM[0] * f64::from(wheel)) / f64::from(pinch);
-            if factor != 1.0 {
-                self.orbit.zoom(factor);
-            }
-        }
-    }
-
     fn draw(&mut self, ui: &Ui, rect: Rect, state: &RenderState) {
         let wood = if self.overlays.has(Overlay::Moments) { WoodPaint::Load } else { WoodPaint::Plain };
         let paint = Paint { leaves: self.overlays.has(Overlay::Leaves), wood };
         let session = self.stage.session();
         session.draw(&mut self.drawing, &paint);
-        annotate(&mut self.marks, session, &self.overlays, &self.seen);
+        annotate(&mut self.marks, session, self.stage.canopy(), &self.overlays, &self.seen);
         let pixels = ui.ctx().pixels_per_point();
         let size = [rect.width() * pixels, rect.height() * pixels].map(|side| side.round() as u32);
         let world = Lists { meshes: self.drawing.meshes(), instances: self.drawing.instances() };

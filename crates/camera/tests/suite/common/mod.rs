@@ -5,9 +5,9 @@ use orchard_geometry::{Pose, Rotation, Shape, Vec3, rotation_from_z};
 use orchard_spec::{Purpose, Spec, Stream};
 use std::sync::Arc;
 
-mod direction;
+pub mod direction;
 
-pub use direction::direction;
+use direction::direction;
 
 /// Wood from `base` towards `heading` in four internodes; returns them as (base, heading, radius).
 fn limb(rng: &mut Stream, base: Vec3, heading: Vec3, length: f64, radius: f64) -> Vec<(Vec3, Vec3, f64)> {

@@ -21,10 +21,16 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     }
     let overlays = args.overlays.as_deref().map(Overlays::parse).transpose();
     let overlays = overlays.map_err(|e| Failure::BadInput(format!("--overlays: {e}")))?.unwrap_or_default();
-    let stage = match &args.recording {
+    let mut stage = match &args.recording {
         Some(file) => recorded(file, args, program)?,
         None => live(args, program)?,
     };
+    // The folder stays locked while the window is open.
+    let _lock = shelved(args, &mut stage)?;
+    live_channels(args, &mut stage)?;
+    if args.headless {
+        return headless(&mut stage);
+    }
     match (&args.screenshot, &args.video) {
         (Some(file), _) => screenshot(args, stage, overlays, file),
         (None, Some(folder)) => video(args, stage, overlays, folder),
@@ -39,25 +45,85 @@ fn live(args: &Args, program: &Program) -> Result<Stage, Failure> {
     scenario.resolve(program)?;
     let options = scenario.options()?;
     let controllers = program.controllers().to_vec();
-    Stage::new(Setup { options, controllers, seed: args.seed, index }).map_err(Failure::BadInput)
+    let setup = Setup { options: Some(options), controllers, seed: args.seed, index };
+    Stage::new(setup).map_err(Failure::BadInput)
 }
 
 /// The world of a recording, driven by the recorded commands.
 #[cfg(feature = "recording")]
 fn recorded(file: &Path, args: &Args, program: &Program) -> Result<Stage, Failure> {
-    let bad = |e: &dyn std::fmt::Display| Failure::BadInput(e.to_string());
-    let recording = orchard_recording::Recording::open(file).map_err(|e| bad(&e))?;
+    let recording = orchard_recording::Recording::open(file);
+    let recording = recording.map_err(|e| Failure::BadInput(e.advised()))?;
     let config = orchard_recording::RecordingConfig::paper();
     let harvest = crate::commands::replay::harvest(&recording, &config, &args.scenario, program)?;
-    let commands = recording.commands().map_err(|e| bad(&e))?;
-    let key = &recording.header().key;
-    let at = |e: &dyn std::fmt::Display| Failure::BadInput(format!("{}: {e}", file.display()));
-    let scenario = harvest.scenario_of(&key.condition).map_err(|e| at(&e))?;
-    let world = scenario.world(key.seed, key.world, key.repeat).map_err(|e| at(&e))?;
-    let options = orchard_scenario::Options::of_names(scenario.names()).map_err(|e| at(&e))?;
-    let controllers = program.controllers().to_vec();
-    let setup = Setup { options, controllers, seed: key.seed, index: key.world };
-    Ok(Stage::of_recording(setup, scenario, world, commands))
+    let (options, controllers) = (args.scenario.options()?, program.controllers());
+    orchard_view::recorded(&recording, &harvest, options, controllers).map_err(Failure::BadInput)
+}
+
+/// Lets a stage keep demonstrations, if a folder is given, which is locked until the guard is dropped.
+#[cfg(feature = "demos")]
+fn shelved(args: &Args, stage: &mut Stage) -> Result<Option<impl Sized + use<>>, Failure> {
+    use orchard_view::Shelf as _;
+    let given = &args.demos;
+    let Some(folder) = &given.demos else { return Ok(None) };
+    let obs = given.obs.clone().unwrap_or_else(|| vec!["state".to_owned(), "depth".to_owned()]);
+    let (size, hz) = (given.pixels_size.unwrap_or(128), given.control_hz.unwrap_or(10));
+    let control = given.control.as_deref().unwrap_or("joint_delta");
+    let settings = orchard_env::Settings::of(orchard_env::Task::Harvest);
+    let settings = crate::commands::demos::observing(settings, &obs, size, hz, control, hz)?;
+    let (store, lock) = crate::out_folder::open_folder("--demos", folder)?;
+    let shelf = orchard_view::DemoFolder::new(store, settings);
+    let seed = stage.dials().seed;
+    let at = |e: String| Failure::BadInput(format!("--demos {}: {e}", folder.display()));
+    // A folder of other demonstrations, or a seed that it cannot take, is told before anybody drives.
+    shelf.check(stage.scenario(), seed).map_err(at)?;
+    stage.keep_on(Box::new(shelf));
+    Ok(Some(lock))
+}
+
+/// Serves the channels, if an address is given.
+#[cfg(feature = "live")]
+fn live_channels(args: &Args, stage: &mut Stage) -> Result<(), Failure> {
+    let Some(super::Address { host, port }) = &args.live else { return Ok(()) };
+    let server = orchard_recording::live::Live::open(host, *port);
+    let server = server.map_err(|e| Failure::BadInput(format!("--live {e}")))?;
+    say!("live: ws://{host}:{}", server.port());
+    stage.show_to(Box::new(orchard_view::live::LiveAudience::new(server)));
+    Ok(())
+}
+
+/// Runs without a window until Ctrl-C.
+#[cfg(feature = "live")]
+fn headless(stage: &mut Stage) -> Result<(), Failure> {
+    orchard_view::live::run(stage, None, crate::interrupt::listen()?);
+    Ok(())
+}
+
+/// Reports the missing build feature.
+#[cfg(not(feature = "live"))]
+fn live_channels(args: &Args, _: &mut Stage) -> Result<(), Failure> {
+    let line = "--live: this program was built without the feature `live`; build it with `cargo install --path crates/orchard --features view,live`";
+    args.live.as_ref().map_or(Ok(()), |address| {
+        Err(Failure::BadInput(format!("{line} (for {}:{})", address.host, address.port)))
+    })
+}
+
+/// Nothing is served without a window either.
+#[cfg(not(feature = "live"))]
+fn headless(_: &mut Stage) -> Result<(), Failure> {
+    Ok(())
+}
+
+/// Reports the missing build feature.
+#[cfg(not(feature = "demos"))]
+fn shelved(args: &Args, _: &mut Stage) -> Result<Option<()>, Failure> {
+    match &args.demos.demos {
+        None => Ok(None),
+        Some(_) => {
+            let line = "--demos: this program was built without the feature `demos`; build it with the default features";
+            Err(Failure::BadInput(line.to_owned()))
+        }
+    }
 }
 
 /// Reports the missing build feature.
@@ -70,6 +136,7 @@ fn recorded(_: &Path, _: &Args, _: &Program) -> Result<Stage, Failure> {
 fn screenshot(args: &Args, stage: Stage, overlays: Overlays, file: &Path) -> Result<(), Failure> {
     let mut screen = Offscreen::new(args.size).map_err(refused)?;
     let mut viewer = Viewer::new(stage, overlays, screen.state());
+    viewer.smooth(screen.state());
     let every = args.frames.max(1);
     window::video(&mut screen, &mut viewer, args.frames, every, |_, screen| {
         window::write_png(file, &screen.picture()?)
@@ -84,7 +151,7 @@ fn video(args: &Args, stage: Stage, overlays: Overlays, folder: &Path) -> Result
     let mut viewer = Viewer::new(stage, overlays, screen.state());
     let tally = window::video(&mut screen, &mut viewer, args.frames, EVERY, |number, screen| {
         let file = folder.path().join(format!("frame-{number:06}.png"));
-        window::write_png(&file, &screen.picture()?)
+        window::write_png_fast(&file, &screen.picture()?)
     });
     say!("{}", tally.map_err(refused)?.line());
     Ok(())
