@@ -1,6 +1,7 @@
 // The page: controls, view and pointer. The world runs in a worker.
 
 import { read, write } from "./link.js";
+import { Overlays } from "./overlays.js";
 import { Renderer } from "./renderer.js";
 import { View } from "./view.js";
 
@@ -13,6 +14,7 @@ let worker = null, renderer = null, menu = null;
 let running = !matchMedia("(prefers-reduced-motion: reduce)").matches;
 let asked = null, told = null, dirty = true, pictured = false;
 const view = new View();
+const overlays = new Overlays(names => { send("show", { names }); remember(); });
 
 function problem(sentence) {
   $("problem").textContent = sentence;
@@ -20,6 +22,8 @@ function problem(sentence) {
   if (sentence) $("waiting").hidden = true;
 }
 
+// A text as the beginning of a sentence.
+const sentence = text => text.charAt(0).toUpperCase() + text.slice(1);
 const send = (kind, parts = {}) => worker?.postMessage({ kind, ...parts });
 const aspect = () => canvas.clientWidth / canvas.clientHeight;
 
@@ -66,7 +70,7 @@ function setSpeed(value) {
 }
 
 function remember() {
-  if (asked) history.replaceState(null, "", write(asked, $("speed").value));
+  if (asked) history.replaceState(null, "", write(asked, $("speed").value, overlays.address()));
 }
 
 function next() {
@@ -85,12 +89,18 @@ const answers = {
     fill($("preset"), menu.presets);
     fill($("driver"), menu.drivers);
     [$("foliage").min, $("foliage").max] = menu.foliage;
+    overlays.fill(menu.overlays, menu.overlays_on);
+    if (link.overlays !== null) {
+      overlays.set(link.overlays);
+      send("show", { names: link.overlays });
+    }
     const { foliage: _, ...defaults } = menu.defaults;
     grow({ ...defaults, ...link.ask });
     setSpeed(link.speed);
   },
   grown(message) {
-    renderer.setMeshes(message.meshes, message.counts);
+    renderer.setMeshes(message.meshes.vertices, message.meshes.counts);
+    overlays.begin();
     show(asked);
     tellFoliage(message.told.foliage);
     view.face(message.told.p_world_base, aspect());
@@ -104,13 +114,20 @@ const answers = {
   refused(message) {
     $("grow").disabled = $("next").disabled = false;
     const first = told === null;
-    problem(`${message.problem.charAt(0).toUpperCase()}${message.problem.slice(1)}. ${
+    problem(`${sentence(message.problem)}. ${
       first ? "Choose other options and press Grow." : "The tree before stays; choose other options and press Grow."}`);
     if (first) show({ ...menu.defaults, foliage: undefined });
   },
+  unshown(message) {
+    overlays.set(message.overlays ?? menu.overlays_on);
+    problem(`${sentence(message.problem)}. The link asks for it; use the switches under “Show”.`);
+    remember();
+  },
   picture(message) {
+    if (message.meshes) renderer.setMeshes(message.meshes.vertices, message.meshes.counts);
     renderer.setInstances(message.instances, message.counts);
     tell(message.told, message.factor);
+    overlays.take(message.wrist, message.samples, message.told, asked.driver);
     [dirty, pictured] = [true, true];
   },
   grabbed(message) {
@@ -269,7 +286,8 @@ function key(event) {
 addEventListener("keydown", event => {
   if (event.ctrlKey || event.altKey || event.metaKey) return;
   const typing = event.target.closest?.("input, select, button, summary");
-  let done = event.target === canvas && key(event);
+  const writing = event.target.closest?.("input:not([type='checkbox'], [type='range']), select");
+  let done = event.target === canvas && key(event) || !writing && /^[0-9]$/.test(event.key) && overlays.key(event.key);
   if (!done && !typing) {
     const pressed = { " ": "run", ".": "step", r: "reset", R: "reset", n: "next", N: "next" }[event.key];
     done = Boolean(pressed);

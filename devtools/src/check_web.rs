@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use orchard_bench::store::write_bytes;
 use orchard_program::{Failure, Verdict};
-use orchard_web::{Ask, Session, grow};
+use orchard_web::{Ask, Tab, grow};
 use serde::{Deserialize, Serialize};
 
 use crate::{browser, python, web};
@@ -77,13 +77,13 @@ fn check(seconds: f64) -> Result<Verdict, Failure> {
     let folder = python::folder(SUITE);
     let weight = web::build(&folder.join("page"))?;
     let ask = Ask::default();
-    let session = grow(&ask).map_err(|e| Failure::Failed(e.to_string()))?;
-    let frames = (seconds * session.told().frame_rate).round() as u32;
+    let tab = grow(&ask).map_err(|e| Failure::Failed(e.to_string()))?;
+    let frames = (seconds * tab.told().told.frame_rate).round() as u32;
     let episode = Episode { ask, frames, seconds };
     let (asked, found) = (folder.join("episode.json"), folder.join("found.json"));
     let text = serde_json::to_vec(&episode).map_err(|e| Failure::Failed(e.to_string()))?;
     write_bytes(&asked, &text).map_err(|e| Failure::Failed(e.to_string()))?;
-    let here = std::thread::spawn(move || digests(session, frames));
+    let here = std::thread::spawn(move || digests(tab, frames));
     let page = folder.join("page");
     environment.compare("check.py", &[chromium, page, asked, found.clone(), folder])?;
     let here = here.join().map_err(|_| Failure::Failed("the episode panicked on this processor".into()))?;
@@ -97,9 +97,9 @@ fn check(seconds: f64) -> Result<Verdict, Failure> {
 }
 
 /// Digest of every frame on this processor, hexadecimal.
-fn digests(mut session: Session, frames: u32) -> Vec<String> {
+fn digests(mut tab: Tab, frames: u32) -> Vec<String> {
     let hex = |digest: [u8; 32]| digest.iter().map(|byte| format!("{byte:02x}")).collect();
-    (0..frames).map(|_| hex(session.step_watched())).collect()
+    (0..frames).map(|_| hex(tab.step_watched())).collect()
 }
 
 fn read(path: &PathBuf) -> Result<Found, Failure> {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use orchard_perception::DetectorConfig;
 use orchard_picker::Kind;
-use orchard_play::{Make, Session};
+use orchard_play::{Make, Overlay, Session};
 use orchard_quantity::Quantity;
 use orchard_robot::RobotModel;
 use orchard_spec::{Preset, Spec};
@@ -12,6 +12,7 @@ use orchard_world::World;
 use serde::{Deserialize, Serialize};
 
 use crate::driver::Driver;
+use crate::tab::{OVERLAYS, Tab};
 
 /// The foliage dial in a world's config.
 const FOLIAGE: &str = "foliage.density";
@@ -106,6 +107,7 @@ impl Ask {
 }
 
 /// Parts of a session.
+#[derive(Debug)]
 pub(crate) struct Parts {
     pub spec: Arc<Spec>,
     pub robot: Arc<RobotModel>,
@@ -116,18 +118,18 @@ pub(crate) struct Parts {
 ///
 /// # Errors
 /// An option that cannot be used, or a world that cannot be built.
-pub fn grow(ask: &Ask) -> Result<Session, AskError> {
+pub fn grow(ask: &Ask) -> Result<Tab, AskError> {
     let (seed, driver, parts) = (ask.seed()?, ask.driver()?, ask.parts()?);
     let world = World::new(parts.spec, parts.robot.clone(), seed, ask.tree);
     let world = world.map_err(|e| {
         AskError(format!("tree {} of seed {seed} cannot be built: {e}; take another seed", ask.tree))
     })?;
-    let (robot, detector) = (parts.robot, parts.detector);
+    let (robot, detector) = (parts.robot, parts.detector.clone());
     let make: Option<Make> = match driver {
         Driver::Controller(kind) => Some(Box::new(move || kind.controller(&robot, detector.clone()))),
         Driver::Nobody => None,
     };
-    Ok(Session::new(world, make))
+    Ok(Tab::new(Session::new(world, make), parts.detector))
 }
 
 /// Names of the presets.
@@ -141,6 +143,13 @@ fn shown(text: &str) -> String {
     text.chars().take(MOST).collect()
 }
 
+/// An overlay that a page offers.
+#[derive(Serialize)]
+struct MenuOverlay {
+    name: &'static str,
+    help: &'static str,
+}
+
 /// Names and ranges that a page offers.
 #[derive(Serialize)]
 struct Menu {
@@ -148,16 +157,24 @@ struct Menu {
     drivers: Vec<&'static str>,
     /// Lowest and highest foliage.
     foliage: [f64; 2],
+    overlays: Vec<MenuOverlay>,
+    /// Overlays that are on when a page opens, with commas between.
+    overlays_on: &'static str,
     defaults: Ask,
 }
 
-/// Names and ranges that a page offers, as JSON: `presets`, `drivers`, `foliage` (lowest and highest) and `defaults`.
+/// Names and ranges that a page offers, as JSON: `presets`, `drivers`, `foliage` (lowest and highest), `overlays`,
+/// `overlays_on` and `defaults`.
 pub fn menu() -> String {
     let density: Quantity = Spec::paper().foliage.density;
     let menu = Menu {
         presets: presets(),
         drivers: Driver::ALL.iter().map(|driver| driver.name()).collect(),
         foliage: density.range(),
+        overlays: Overlay::ALL
+            .map(|overlay| MenuOverlay { name: overlay.name(), help: overlay.help() })
+            .into(),
+        overlays_on: OVERLAYS,
         defaults: Ask::default(),
     };
     serde_json::to_string(&menu).unwrap_or_else(|e| unreachable!("names and numbers: {e}"))

@@ -11,14 +11,14 @@ fn a_session_is_the_episode_of_the_benchmark() {
     let scenario = Scenario::of(&[("controller", "expert")]).unwrap();
     let mut world = scenario.world(20250704, 0, 0).unwrap();
     let mut controller = scenario.controller();
-    let mut session = grow(&ask("expert")).unwrap();
+    let mut tab = grow(&ask("expert")).unwrap();
     for _ in 0..120 {
         let command = controller.act(&world.observe());
         world.step(&command);
-        session.step();
-        assert_eq!(session.world().state_digest(), world.state_digest());
+        tab.step();
+        assert_eq!(tab.session().world().state_digest(), world.state_digest());
     }
-    assert!(session.told().state.is_some() && session.told().time == 2.0);
+    assert!(tab.told().told.state.is_some() && tab.told().told.time == 2.0);
 }
 
 /// The names mean what they mean on the command line.
@@ -63,9 +63,9 @@ fn the_menu_has_the_names_that_can_be_asked_for() {
 #[test]
 fn the_foliage_dial_changes_the_leaves() {
     let leaves = |foliage| {
-        let session = grow(&Ask { foliage: Some(foliage), ..ask("nobody") }).unwrap();
-        assert_eq!(session.told().foliage, foliage);
-        session.world().skeleton().leaves.len()
+        let tab = grow(&Ask { foliage: Some(foliage), ..ask("nobody") }).unwrap();
+        assert_eq!(tab.told().told.foliage, foliage);
+        tab.session().world().skeleton().leaves.len()
     };
     assert!(leaves(0.0) == 0 && leaves(1.0) > leaves(0.3));
 }

@@ -1,9 +1,7 @@
 //! Keys of the window.
 
 use eframe::egui::{InputState, Key};
-use orchard_play::Wish;
-
-use crate::overlay::Overlay;
+use orchard_play::{Overlay, Wish};
 
 /// What a key does once, when it is pressed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -2,11 +2,11 @@
 
 use orchard_geometry::{Pose, Vec3, transform};
 use orchard_picker::{Event, State};
-use orchard_play::Session;
 use orchard_world::World;
 
 use crate::marks::{Marks, colour};
 use crate::overlay::{Overlay, Overlays};
+use crate::session::Session;
 use crate::trace::contacts;
 
 /// Length of an arrow over its force [m/N], and the longest arrow \[m\].
