@@ -1,7 +1,7 @@
 // Runs one world in WebAssembly, apart from the page, so that the page never waits for it.
 //
-// It takes { kind, .. } messages: grow, show, run, speed, step, reset, grab, pull, release, drawn, check, time. It answers with menu, grown, refused,
-// unshown, picture, grabbed, checked, timed, stopped.
+// It takes { kind, .. } messages: grow, show, policy, take, giveBack, wish, run, speed, step, reset, grab, pull, release, drawn, check, time. It answers with menu, grown,
+// refused, unshown, taken, picture, grabbed, checked, timed, stopped.
 
 // Time of a turn of stepping [ms]; messages are read between turns.
 const TURN = 12;
@@ -20,8 +20,8 @@ const output = () => new Uint8Array(wasm.memory.buffer, wasm.output(), wasm.outp
 const text = () => decoder.decode(output());
 const floats = () => new Float32Array(wasm.memory.buffer, wasm.floats(), wasm.floats_count()).slice();
 
-function give(string) {
-  const bytes = new TextEncoder().encode(string);
+function give(given) {
+  const bytes = typeof given === "string" ? new TextEncoder().encode(given) : new Uint8Array(given);
   // First: it may move the memory.
   const place = wasm.input(bytes.length);
   new Uint8Array(wasm.memory.buffer, place, bytes.length).set(bytes);
@@ -125,6 +125,16 @@ const actions = {
     if (problem !== null) postMessage({ kind: "unshown", problem, overlays: before });
     sampled = -1;
   },
+  // Takes the files of a policy, which a driver of its name then needs no more.
+  policy({ name, network, spec }) {
+    for (const [part, given] of [name, network, spec].entries()) { give(given); wasm.policy(part); }
+  },
+  take() {
+    postMessage({ kind: "taken", closes: wasm.take_over() === 1 });
+    changed = true;
+  },
+  giveBack() { wasm.give_back(); changed = true; },
+  wish({ axes, closes }) { wasm.wish(...axes, closes ? 1 : 0); },
   run(message) {
     running = message.running;
     measured = { frames: 0, since: performance.now(), factor: null };
@@ -142,7 +152,8 @@ const actions = {
   release() { wasm.release(); changed = true; },
   drawn() { drawn = true; },
   // Steps an episode at full speed and returns the digests of all frames, hexadecimal, for comparison with another machine.
-  check({ ask, frames }) {
+  check({ ask, frames, policy }) {
+    if (policy) actions.policy({ ...policy, network: Uint8Array.from(atob(policy.network), c => c.charCodeAt(0)) });
     const problem = grow(ask);
     if (problem !== null) return postMessage({ kind: "refused", problem });
     const start = performance.now(), digests = [];

@@ -12,15 +12,17 @@ use std::sync::Mutex;
 
 use orchard_geometry::Vec3;
 
-use orchard_play::Reach;
+use orchard_play::{Reach, Wish};
 
 use crate::ask::{Ask, AskError, menu};
+use crate::policy::PolicyFiles;
 use crate::tab::Tab;
 
 /// The session, and the buffers.
 #[derive(Default)]
 struct Desk {
     tab: Option<Tab>,
+    policy: Option<PolicyFiles>,
     input: Vec<u8>,
     output: Vec<u8>,
     floats: Vec<f32>,
@@ -114,7 +116,7 @@ pub extern "C" fn offer() {
 pub extern "C" fn grow() -> u32 {
     with(|desk| {
         let text = String::from_utf8_lossy(&desk.input).into_owned();
-        let grown = Ask::from_json(&text).and_then(|ask| crate::grow(&ask));
+        let grown = Ask::from_json(&text).and_then(|ask| crate::grow(&ask, desk.policy.as_ref()));
         match grown {
             Ok(tab) => {
                 desk.tab = Some(tab);
@@ -247,5 +249,63 @@ pub extern "C" fn samples() {
             [sample.time, sample.on_wood, sample.in_hand, picked, dropped]
         });
         desk.floats = numbers.map(|number| number as f32).collect();
+    });
+}
+
+/// Takes the robot over from its driver. Returns 1 if the hand is closed, as its last command had it.
+#[unsafe(no_mangle)]
+pub extern "C" fn take_over() -> u32 {
+    with_tab(|tab| {
+        let session = tab.session_mut();
+        let is_closed = session.hand_is_closed();
+        session.take_over();
+        u32::from(is_closed)
+    })
+    .unwrap_or_default()
+}
+
+/// Gives the robot back to its driver.
+#[unsafe(no_mangle)]
+pub extern "C" fn give_back() {
+    with_tab(|tab| tab.session_mut().give_back());
+}
+
+/// Sets the controls of a person who drives, each -1 to 1: base forward, left, turn to the left; hand forward, left, up; hand about its x, y, z; and
+/// not 0 for a closed hand.
+#[expect(clippy::too_many_arguments, reason = "numbers are all that JavaScript passes")]
+#[unsafe(no_mangle)]
+pub extern "C" fn wish(
+    forward: f64,
+    left: f64,
+    yaw: f64,
+    hand_forward: f64,
+    hand_left: f64,
+    hand_up: f64,
+    about_x: f64,
+    about_y: f64,
+    about_z: f64,
+    closes: u32,
+) {
+    let wish = Wish {
+        base: [forward, left, yaw],
+        hand: [hand_forward, hand_left, hand_up],
+        turn: [about_x, about_y, about_z],
+        closes: closes != 0,
+    };
+    with_tab(|tab| tab.session_mut().wish(wish));
+}
+
+/// Takes the input as a part of a policy's files: 0 its network's file name, with which the files begin, 1 the network, 2 the spec.
+#[unsafe(no_mangle)]
+pub extern "C" fn policy(part: u32) {
+    with(|desk| {
+        let bytes = std::mem::take(&mut desk.input);
+        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+        match (part, &mut desk.policy) {
+            (0, policy) => *policy = Some(PolicyFiles { name: text(&bytes), ..PolicyFiles::default() }),
+            (1, Some(policy)) => policy.network = bytes,
+            (_, Some(policy)) => policy.spec = text(&bytes),
+            (_, None) => {}
+        }
     });
 }

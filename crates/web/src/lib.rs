@@ -7,10 +7,12 @@
 mod abi;
 mod ask;
 mod driver;
+mod policy;
 mod tab;
 
 pub use ask::{Ask, AskError, grow, menu};
 pub use driver::Driver;
+pub use policy::PolicyFiles;
 pub use tab::{Found, Instances, Tab, TabTold, WristView};
 
 /// Compiles and runs the example of the README.

@@ -2,7 +2,7 @@ use super::*;
 use crate::{Ask, grow};
 
 fn tab(driver: &str) -> Tab {
-    grow(&Ask { driver: driver.into(), ..Ask::default() }).unwrap()
+    grow(&Ask { driver: driver.into(), ..Ask::default() }, None).unwrap()
 }
 
 /// Overlays and looks through the wrist camera change no bit of any frame.
@@ -75,4 +75,25 @@ fn a_mark_is_an_instance_of_its_mesh() {
     assert_eq!(picture.counts.len(), tab.meshes().len());
     let marks = &picture.counts[picture.counts.len() - Marks::meshes().len()..];
     assert!(marks[0] == 12 && marks[1] == 0 && marks[2] == 12, "{marks:?}");
+}
+
+/// A person who takes the robot over moves it; the controller that gets it back goes on. What is told says who drives.
+#[test]
+fn a_person_takes_over_and_gives_back() {
+    let mut tab = tab("expert");
+    (0..60).for_each(|_| tab.step());
+    assert!(!tab.told().taken_over && tab.told().told.state.is_some());
+    tab.session_mut().take_over();
+    let before = tab.told().told.p_world_base;
+    tab.session_mut().wish(orchard_play::Wish { base: [1.0, 0.0, 0.0], ..Default::default() });
+    (0..60).for_each(|_| tab.step());
+    let after = tab.told().told.p_world_base;
+    let way = (0..3).map(|k| (after[k] - before[k]) * (after[k] - before[k])).sum::<f64>().sqrt();
+    assert!(way > 0.2 && tab.told().taken_over && tab.told().target_distance.is_none(), "{way} m");
+    tab.session_mut().give_back();
+    (0..60).for_each(|_| tab.step());
+    assert!(!tab.told().taken_over && tab.told().told.state.is_some());
+    tab.session_mut().take_over();
+    tab.reset();
+    assert!(!tab.told().taken_over && tab.told().told.frame == 0);
 }
