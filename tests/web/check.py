@@ -237,7 +237,7 @@ def overlays(visit, folder):
         page.keyboard.press(key)
     page.check("#overlay-contacts")
     visit.wait("() => Number(document.getElementById('plots').dataset.samples) > 5")
-    visit.wait("() => document.getElementById('log').textContent.includes('scan')")
+    visit.wait("() => /\\d s  \\w/.test(document.getElementById('log').textContent)")
     visit.wait("() => /expert: \\w+ .* found/.test(document.getElementById('wrist-told').textContent)")
     visit.demand(page.is_visible("#loads"), "the colours of loads are not explained")
     visit.wait("() => Number(document.getElementById('time').textContent) > 6")
@@ -330,10 +330,17 @@ def wide(browser, site, errors, folder, policy):
     visit.wait("() => location.search.includes('seed=20250705') && document.getElementById('waiting').hidden")
     visit.demand(page.is_hidden("#problem"), f"says {page.inner_text('#problem')}")
     page.click("#run")
+    policies(visit, policy)
+    # It was made for another robot.
     page.select_option("#robot", "rail-xarm6-suction")
     page.select_option("#camera", "d435i")
-    policies(visit, policy)
-    visit.demand("robot=rail-xarm6-suction&camera=d435i" in page.url, f"the address does not tell the robot: {page.url}")
+    page.click("#grow")
+    visit.wait("() => document.getElementById('problem').textContent.includes('the policy was made for robot ridgeback-fr3')")
+    page.select_option("#driver", "expert")
+    page.click("#grow")
+    visit.wait("() => location.search.includes('robot=rail-xarm6-suction&camera=d435i') && document.getElementById('waiting').hidden")
+    page.wait_for_selector("#wrist-picture[data-frame]", state="visible")
+    page.screenshot(path=folder / "wide-robot.png")
     visit.context.close()
     return first
 
