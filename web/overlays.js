@@ -116,7 +116,7 @@ export class Overlays {
     const context = canvas.getContext("2d");
     context.imageSmoothingEnabled = false;
     context.drawImage(this.picture, 0, 0, canvas.width, canvas.height);
-    context.font = "bold 26px system-ui, sans-serif";
+    context.font = "bold 21px system-ui, sans-serif";
     context.lineJoin = "round";
     const circle = ({ u, v, radius }, colour, dash) => {
       context.setLineDash(dash);
@@ -130,12 +130,17 @@ export class Overlays {
     };
     for (const detection of found) circle(detection, LIGHT, []);
     if (target) circle({ ...target, radius: 1.35 * target.radius }, YELLOW, [14, 10]);
-    for (const { u, v, radius, score } of found) {
-      const text = score.toFixed(2), [x, y] = [(u + radius) * scale + 6, (v + 0.5) * scale + 9];
-      const left = Math.min(x, canvas.width - context.measureText(text).width - 4);
-      Object.assign(context, { lineWidth: 6, strokeStyle: DARK, fillStyle: LIGHT });
-      context.strokeText(text, left, y);
-      context.fillText(text, left, y);
+    // Scores beside their circles, where no other score stands; the surest first.
+    const placed = [];
+    for (const { u, v, radius, score } of [...found].sort((a, b) => b.score - a.score)) {
+      const text = score.toFixed(2), wide = context.measureText(text).width, y = Math.min(Math.max((v + 0.5) * scale + 7, 18), canvas.height - 4);
+      const free = x => x > 2 && x + wide < canvas.width - 2 && placed.every(([a, b]) => Math.abs(a - x) > wide + 4 || Math.abs(b - y) > 20);
+      const x = [(u + 0.5 + radius) * scale + 6, (u + 0.5 - radius) * scale - 6 - wide].find(free);
+      if (x === undefined) continue;
+      placed.push([x, y]);
+      Object.assign(context, { lineWidth: 5, strokeStyle: DARK, fillStyle: LIGHT });
+      context.strokeText(text, x, y);
+      context.fillText(text, x, y);
     }
     canvas.dataset.frame = this.view.frame;
     canvas.dataset.found = found.length;
