@@ -13,9 +13,10 @@ use crate::{browser, python, web, workspace};
 /// processor's, and opens the page at 1280 and 390 px.
 #[derive(clap::Args)]
 #[command(
-    after_help = "A digest covers the depth image that the controller saw, its command, and the state of the world. On the page: it draws, steps, pulls a branch by\n\
-                  mouse and by touch, shows the wrist camera, is driven by keys, touch and a made-up gamepad, opens a policy, grows another tree, and says what is wrong with a bad link and with a browser that lacks WebGL2 or WebAssembly; nothing is\n\
-                  wider than the window, every control has a label, the console is empty. Screenshots are written to target/web/*.png.\n\n\
+    after_help = "A digest covers the depth image that the controller saw, its command, and the state of the world; so do those of a short episode of a policy. On the\n\
+                  page: it draws, steps, pulls a branch by mouse and by touch, shows the wrist camera, is driven by keys, touch and a made-up gamepad, opens a policy,\n\
+                  grows another tree, and says what is wrong with a bad link, bad files, and a browser that lacks WebGL2 or WebAssembly; nothing is wider than the\n\
+                  window, every control has a label, the console is empty. Screenshots are written to target/web/*.png.\n\n\
                   Needs Rust's target wasm32-unknown-unknown, Chromium (Debian: chromium), python3 with venv, and the network on the first run: the driver\n\
                   goes into target/web/venv. What is missing is named and the check is skipped; with CI=true in the environment it fails."
 )]

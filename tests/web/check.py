@@ -229,7 +229,7 @@ def overlays(visit, folder):
     """The wrist camera, the controller's log, loads of wood and plots, by keys and switches; the address holds them."""
     page = visit.page
     page.wait_for_selector("#wrist-picture[data-frame]")
-    visit.demand(page.evaluate(WRIST) > 0.3, "the wrist camera's picture is empty")
+    visit.demand(page.evaluate(WRIST) > 0.02, "the wrist camera's picture is empty")
     page.keyboard.press("2")
     page.wait_for_selector("#wrist", state="hidden")
     visit.demand("overlays=leaves%2Cdetections" in page.url, f"the address does not tell overlays: {page.url}")
