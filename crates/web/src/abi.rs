@@ -14,7 +14,8 @@ use orchard_geometry::Vec3;
 
 use orchard_play::{Reach, Wish};
 
-use crate::ask::{Ask, AskError, menu};
+use crate::ask::{Ask, menu};
+use crate::parts::AskError;
 use crate::policy::PolicyFiles;
 use crate::tab::Tab;
 

@@ -14,16 +14,12 @@ use orchard_world::World;
 use serde::{Deserialize, Serialize};
 
 use crate::driver::Driver;
+use crate::parts::{AskError, Parts, shown};
 use crate::policy::{self, POLICY, PolicyFiles};
 use crate::tab::{OVERLAYS, Tab};
 
 /// The foliage dial in a world's config.
 const FOLIAGE: &str = "foliage.density";
-
-/// An option that cannot be used; the message names it, its value and what is allowed.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{0}")]
-pub struct AskError(pub String);
 
 /// Options of a session. A field without a value keeps the default.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -91,7 +87,7 @@ impl Ask {
         policy: Option<&PolicyFiles>,
     ) -> Result<Option<Arc<dyn ControllerKind>>, AskError> {
         if self.driver.starts_with(POLICY) {
-            return policy::kind(&shown(&self.driver), policy, parts).map(Some);
+            return policy::kind(&self.driver, policy, parts).map(Some);
         }
         Ok(match self.driver()? {
             Driver::Controller(kind) => Some(Arc::new(kind)),
@@ -137,14 +133,6 @@ impl Ask {
     }
 }
 
-/// Parts of a session.
-#[derive(Debug)]
-pub(crate) struct Parts {
-    pub spec: Arc<Spec>,
-    pub robot: Arc<RobotModel>,
-    pub detector: DetectorConfig,
-}
-
 /// Grows the session that the options ask for; `policy` holds the files of a policy that may drive.
 ///
 /// # Errors
@@ -165,12 +153,6 @@ pub fn grow(ask: &Ask, policy: Option<&PolicyFiles>) -> Result<Tab, AskError> {
 /// Names of the presets.
 fn presets() -> Vec<&'static str> {
     Preset::ALL.iter().map(|preset| preset.name()).collect()
-}
-
-/// The beginning of a text from a link, for a message.
-pub(crate) fn shown(text: &str) -> String {
-    const MOST: usize = 40;
-    text.chars().take(MOST).collect()
 }
 
 /// An overlay that a page offers.

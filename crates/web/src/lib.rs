@@ -7,11 +7,13 @@
 mod abi;
 mod ask;
 mod driver;
+mod parts;
 mod policy;
 mod tab;
 
-pub use ask::{Ask, AskError, grow, menu};
+pub use ask::{Ask, grow, menu};
 pub use driver::Driver;
+pub use parts::AskError;
 pub use policy::PolicyFiles;
 pub use tab::{Found, Instances, Tab, TabTold, WristView};
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use orchard_learned::{LearnedKind, NETWORK_MAX, Setting};
 use orchard_picker::ControllerKind;
 
-use crate::ask::{AskError, Parts};
+use crate::parts::{AskError, Parts, shown};
 
 /// Beginning of a driver's name that names a network's file.
 pub(crate) const POLICY: &str = "onnx:";
@@ -30,9 +30,10 @@ pub(crate) fn kind(
     files: Option<&PolicyFiles>,
     parts: &Parts,
 ) -> Result<Arc<dyn ControllerKind>, AskError> {
-    let refuse = |problem: String| AskError(format!("driver {driver}: {problem}"));
+    let refuse = |problem: String| AskError(format!("driver {}: {problem}", shown(driver)));
     let name = driver.strip_prefix(POLICY).unwrap_or(driver);
     let Some(files) = files.filter(|files| files.name == name) else {
+        let name = shown(name);
         return Err(refuse(format!(
             "its two files are not here: open {name} and its spec, the file of the same name that ends in .json"
         )));
@@ -57,7 +58,3 @@ pub(crate) fn kind(
     }
     Ok(Arc::new(kind))
 }
-
-#[cfg(test)]
-#[path = "policy_tests.rs"]
-mod tests;

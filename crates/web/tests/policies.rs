@@ -1,6 +1,8 @@
-use super::*;
-use crate::{Ask, grow};
+//! Policies that a visitor opens, against the command line's.
+
+use orchard_learned::NETWORK_MAX;
 use orchard_scenario::Scenario;
+use orchard_web::{Ask, PolicyFiles, grow};
 
 const FILE: &str = "../../policies/harvest-clone.onnx";
 
@@ -28,7 +30,9 @@ fn refused(policy: &PolicyFiles) -> String {
 fn a_policy_drives_as_on_the_command_line() {
     let scenario = Scenario::of(&[("controller", &format!("onnx:{FILE}"))]).unwrap();
     let (mut world, mut controller) = (scenario.world(20250704, 0, 0).unwrap(), scenario.controller());
-    let policy = files("harvest-clone");
+    // A long name is a name like any other.
+    let name = format!("{}.onnx", "harvest-".repeat(8));
+    let policy = PolicyFiles { name, ..files("harvest-clone") };
     let mut tab = grow(&asked(&policy), Some(&policy)).unwrap();
     for _ in 0..60 {
         let command = controller.act(&world.observe());
