@@ -1,11 +1,12 @@
 // The options of a page as parts of its address, so that a link shows the same world.
 
-const PARTS = ["preset", "seed", "tree", "foliage", "driver", "speed"];
+const PARTS = ["preset", "seed", "tree", "foliage", "robot", "camera", "driver", "speed", "overlays"];
 
-// Reads an address; `speeds` are the time scales that the page has. Returns the options that it names, and a sentence for each that cannot be read.
+// Reads an address; `speeds` are the time scales that the page has. Returns the options that it names, the overlays (null without any), and a sentence
+// for each that cannot be read.
 export function read(search, speeds) {
   const given = new URLSearchParams(search), ask = {}, problems = [];
-  let speed = "1";
+  let speed = "1", overlays = null;
   for (const [name, value] of given) {
     if (!PARTS.includes(name)) {
       problems.push(`The link has a part “${name.slice(0, 40)}” that this page does not know; it was left out.`);
@@ -18,17 +19,23 @@ export function read(search, speeds) {
     } else if (name === "speed") {
       if (speeds.includes(value)) speed = value;
       else problems.push(`The link asks for time scale “${value.slice(0, 40)}”; this page has ${speeds.join(", ")}.`);
+    } else if (name === "overlays") {
+      overlays = value;
     } else {
       ask[name] = value;
     }
   }
-  return { ask, speed, problems };
+  return { ask, speed, overlays, problems };
 }
 
-// The address of options.
-export function write(ask, speed) {
-  const parts = new URLSearchParams({ preset: ask.preset, seed: ask.seed, tree: ask.tree, driver: ask.driver });
+// The address of options; `overlays` is null for those of a page that was just opened, `usual` are the options of such a page.
+export function write(ask, speed, overlays, usual) {
+  const parts = new URLSearchParams({ preset: ask.preset, seed: ask.seed, tree: ask.tree });
+  if (ask.robot !== usual.robot) parts.set("robot", ask.robot);
+  if (ask.camera) parts.set("camera", ask.camera);
+  parts.set("driver", ask.driver);
   if (ask.foliage !== undefined) parts.set("foliage", ask.foliage);
   if (speed !== "1") parts.set("speed", speed);
+  if (overlays !== null) parts.set("overlays", overlays);
   return `?${parts}`;
 }

@@ -1,6 +1,9 @@
 // The page: controls, view and pointer. The world runs in a worker.
 
+import { Drive } from "./drive.js";
 import { read, write } from "./link.js";
+import { Overlays } from "./overlays.js";
+import { Policies } from "./policy.js";
 import { Renderer } from "./renderer.js";
 import { View } from "./view.js";
 
@@ -13,6 +16,16 @@ let worker = null, renderer = null, menu = null;
 let running = !matchMedia("(prefers-reduced-motion: reduce)").matches;
 let asked = null, told = null, dirty = true, pictured = false;
 const view = new View();
+const overlays = new Overlays(names => { send("show", { names }); remember(); });
+const drive = new Drive(send, () => setRunning(!running));
+const policies = new Policies(policy => {
+  send("policy", policy);
+  grow({ ...chosen(), driver: Policies.driver(policy.name) });
+}, problem);
+
+function send(kind, parts = {}) {
+  worker?.postMessage({ kind, ...parts });
+}
 
 function problem(sentence) {
   $("problem").textContent = sentence;
@@ -20,7 +33,8 @@ function problem(sentence) {
   if (sentence) $("waiting").hidden = true;
 }
 
-const send = (kind, parts = {}) => worker?.postMessage({ kind, ...parts });
+// A text as the beginning of a sentence.
+const sentence = text => text.charAt(0).toUpperCase() + text.slice(1);
 const aspect = () => canvas.clientWidth / canvas.clientHeight;
 
 // --- The world ---
@@ -36,12 +50,15 @@ function grow(ask) {
 
 // The options that the controls show.
 function chosen() {
-  const ask = { preset: $("preset").value, seed: $("seed").value.trim(), tree: Number($("tree").value), driver: $("driver").value };
+  const ask = { preset: $("preset").value, seed: $("seed").value.trim(), tree: Number($("tree").value), robot: $("robot").value, driver: $("driver").value };
+  if ($("camera").value) ask.camera = $("camera").value;
   return $("foliage-own").checked ? ask : { ...ask, foliage: Number($("foliage").value) };
 }
 
 function show(ask) {
-  for (const name of ["preset", "seed", "tree", "driver"]) $(name).value = ask[name];
+  if (ask.driver.startsWith("onnx:")) Policies.driver(ask.driver.slice(5));
+  for (const name of ["preset", "seed", "tree", "robot", "driver"]) $(name).value = ask[name];
+  $("camera").value = ask.camera ?? "";
   $("foliage-own").checked = ask.foliage === undefined;
   $("foliage").disabled = ask.foliage === undefined;
   if (ask.foliage !== undefined) tellFoliage(ask.foliage);
@@ -66,7 +83,7 @@ function setSpeed(value) {
 }
 
 function remember() {
-  if (asked) history.replaceState(null, "", write(asked, $("speed").value));
+  if (asked) history.replaceState(null, "", write(asked, $("speed").value, overlays.address(), menu.defaults));
 }
 
 function next() {
@@ -84,13 +101,23 @@ const answers = {
     menu = message.menu;
     fill($("preset"), menu.presets);
     fill($("driver"), menu.drivers);
+    fill($("robot"), menu.robots);
+    fill($("camera"), menu.cameras);
+    $("camera").prepend(new Option("as the kind of tree has it", ""));
+    policies.most = menu.network_max;
     [$("foliage").min, $("foliage").max] = menu.foliage;
-    const { foliage: _, ...defaults } = menu.defaults;
+    overlays.fill(menu.overlays, menu.overlays_on);
+    if (link.overlays !== null) {
+      overlays.set(link.overlays);
+      send("show", { names: link.overlays });
+    }
+    const { foliage: _, camera: __, ...defaults } = menu.defaults;
     grow({ ...defaults, ...link.ask });
     setSpeed(link.speed);
   },
   grown(message) {
-    renderer.setMeshes(message.meshes, message.counts);
+    renderer.setMeshes(message.meshes.vertices, message.meshes.counts);
+    overlays.begin();
     show(asked);
     tellFoliage(message.told.foliage);
     view.face(message.told.p_world_base, aspect());
@@ -104,14 +131,25 @@ const answers = {
   refused(message) {
     $("grow").disabled = $("next").disabled = false;
     const first = told === null;
-    problem(`${message.problem.charAt(0).toUpperCase()}${message.problem.slice(1)}. ${
+    problem(`${sentence(message.problem)}. ${
       first ? "Choose other options and press Grow." : "The tree before stays; choose other options and press Grow."}`);
-    if (first) show({ ...menu.defaults, foliage: undefined });
+    if (first) show({ ...menu.defaults, foliage: undefined, camera: undefined });
+  },
+  unshown(message) {
+    overlays.set(message.overlays ?? menu.overlays_on);
+    problem(`${sentence(message.problem)}. The link asks for it; use the switches under “Show”.`);
+    remember();
   },
   picture(message) {
+    if (message.meshes) renderer.setMeshes(message.meshes.vertices, message.meshes.counts);
     renderer.setInstances(message.instances, message.counts);
     tell(message.told, message.factor);
+    drive.set(message.told.taken_over);
+    overlays.take(message.wrist, message.samples, message.told, asked.driver);
     [dirty, pictured] = [true, true];
+  },
+  taken(message) {
+    drive.set(true, message.closes);
   },
   grabbed(message) {
     if (!pointer || message.id !== pointer.id) return send("release");
@@ -139,9 +177,10 @@ function tell(now, factor = null) {
   told = now;
   put("time", now.time.toFixed(1));
   for (const id of ["picked", "dropped", "snapped", "hanging"]) put(id, String(now[id]));
-  put("doing", now.state ? `${asked.driver}: ${now.state}` : "");
+  put("doing", now.taken_over ? "you drive" : now.state ? `${asked.driver}: ${now.state}` : "");
   put("rate", running && factor !== null ? `${factor.toFixed(factor < 10 ? 1 : 0)} × real time` : "");
   if (now.fault) problem(`This world stands still: ${now.fault}. Press Reset, or take another seed.`);
+  $("pads").dataset.base = now.p_world_base.map(x => x.toFixed(3)).join(" ");
   arrow();
 }
 
@@ -269,7 +308,8 @@ function key(event) {
 addEventListener("keydown", event => {
   if (event.ctrlKey || event.altKey || event.metaKey) return;
   const typing = event.target.closest?.("input, select, button, summary");
-  let done = event.target === canvas && key(event);
+  const writing = event.target.closest?.("input:not([type='checkbox'], [type='range']), select");
+  let done = event.target === canvas && key(event) || !writing && overlays.key(event.key) || !writing && drive.key(event);
   if (!done && !typing) {
     const pressed = { " ": "run", ".": "step", r: "reset", R: "reset", n: "next", N: "next" }[event.key];
     done = Boolean(pressed);
@@ -311,6 +351,7 @@ function frame() {
       send("drawn");
     }
   }
+  drive.wish();
   requestAnimationFrame(frame);
 }
 

@@ -1,10 +1,13 @@
-// Draws instances of small meshes with WebGL2: a draw call for each mesh, and one more for its shadow on level ground.
+// Draws instances of small meshes with WebGL2: a draw call for each mesh, and one more for its shadow on level ground. Marks over the world are drawn
+// last, without shadows; their kind is the opacity, negative.
 
 // Numbers of a vertex (a, b, c, normal) and of an instance (place, rotation, sizes, colour, kind), as crates/play writes them.
 const VERTEX = 12;
 const INSTANCE = 14;
 // Mesh of level ground.
 const SQUARE = 3;
+// Meshes of marks, the last ones.
+const MARKS = 3;
 const SKY = [0.875, 0.91, 0.933];
 // Direction to the sun.
 const SUN = [0.42, -0.35, 0.84];
@@ -62,6 +65,7 @@ void main() {
   }
   float light = 0.62 + 0.18 * n.z + 0.42 * max(dot(n, sun), 0.0);
   vec3 shown = base * light;
+  if (what < -0.001) { colour = vec4(mix(shown, base, 0.5), min(-what, 1.0)); return; }
   float far = what > 0.5 ? smoothstep(4.0, 11.5, length(at.xy)) : 0.0;
   colour = vec4(mix(shown, sky, far), 1.0);
 }`;
@@ -104,6 +108,8 @@ export class Renderer {
     gl.uniform3fv(this.uniforms.sky, SKY);
     gl.clearColor(...SKY, 1);
     gl.enable(gl.DEPTH_TEST);
+    gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
+    gl.uniform1i(this.uniforms.shadow, 0);
     this.instances = gl.createBuffer();
     if (this.kept) this.setMeshes(...this.kept);
   }
@@ -150,26 +156,38 @@ export class Renderer {
     gl.uniformMatrix4fv(this.uniforms.clip_world, false, view.clipWorld(width / height));
     gl.uniform3fv(this.uniforms.eye, view.eye());
     this.drawCalls = 0;
-    for (const shadow of [false, true]) {
-      if (shadow && !this.level) continue;
-      gl.uniform1i(this.uniforms.shadow, shadow ? 1 : 0);
-      let first = 0;
-      this.counts.forEach((count, k) => {
-        const mesh = this.meshes[k];
-        const drawn = count > 0 && mesh && !(shadow && k === SQUARE);
-        if (drawn) {
-          gl.bindVertexArray(mesh.array);
-          gl.bindBuffer(gl.ARRAY_BUFFER, this.instances);
-          let offset = first * 4 * INSTANCE;
-          for (const [at, size] of [[4, 3], [5, 4], [6, 3], [7, 3], [8, 1]]) {
-            gl.vertexAttribPointer(at, size, gl.FLOAT, false, 4 * INSTANCE, offset);
-            offset += 4 * size;
-          }
-          gl.drawArraysInstanced(gl.TRIANGLES, 0, mesh.count, count);
-          this.drawCalls += 1;
-        }
-        first += count;
-      });
+    const marks = this.counts.length - MARKS;
+    this.pass(k => k < marks);
+    if (this.level) {
+      gl.uniform1i(this.uniforms.shadow, 1);
+      this.pass(k => k < marks && k !== SQUARE);
+      gl.uniform1i(this.uniforms.shadow, 0);
     }
+    gl.enable(gl.BLEND);
+    gl.depthMask(false);
+    this.pass(k => k >= marks);
+    gl.depthMask(true);
+    gl.disable(gl.BLEND);
+  }
+
+  // Draws the instances of the meshes for which `is` is true.
+  pass(is) {
+    const gl = this.gl;
+    let first = 0;
+    this.counts.forEach((count, k) => {
+      const mesh = this.meshes[k];
+      if (count > 0 && mesh && is(k)) {
+        gl.bindVertexArray(mesh.array);
+        gl.bindBuffer(gl.ARRAY_BUFFER, this.instances);
+        let offset = first * 4 * INSTANCE;
+        for (const [at, size] of [[4, 3], [5, 4], [6, 3], [7, 3], [8, 1]]) {
+          gl.vertexAttribPointer(at, size, gl.FLOAT, false, 4 * INSTANCE, offset);
+          offset += 4 * size;
+        }
+        gl.drawArraysInstanced(gl.TRIANGLES, 0, mesh.count, count);
+        this.drawCalls += 1;
+      }
+      first += count;
+    });
   }
 }

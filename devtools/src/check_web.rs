@@ -4,18 +4,19 @@ use std::path::{Path, PathBuf};
 
 use orchard_bench::store::write_bytes;
 use orchard_program::{Failure, Verdict};
-use orchard_web::{Ask, Session, grow};
+use orchard_web::{Ask, PolicyFiles, Tab, grow};
 use serde::{Deserialize, Serialize};
 
-use crate::{browser, python, web};
+use crate::{browser, python, web, workspace};
 
 /// Builds the page of docs/web.md, runs an episode of the expert in a worker of headless Chromium, compares every frame's digest with this
 /// processor's, and opens the page at 1280 and 390 px.
 #[derive(clap::Args)]
 #[command(
-    after_help = "A digest covers the depth image that the controller saw, its command, and the state of the world. On the page: it draws, steps, pulls a branch by\n\
-                  mouse and by touch, grows another tree, and says what is wrong with a bad link and with a browser that lacks WebGL2 or WebAssembly; nothing is\n\
-                  wider than the window, every control has a label, the console is empty. Screenshots are written to target/web/*.png.\n\n\
+    after_help = "A digest covers the depth image that the controller saw, its command, and the state of the world; so do those of a short episode of a policy. On the\n\
+                  page: it draws, steps, pulls a branch by mouse and by touch, shows the wrist camera, is driven by keys, touch and a made-up gamepad, opens a policy,\n\
+                  grows another tree, and says what is wrong with a bad link, bad files, and a browser that lacks WebGL2 or WebAssembly; nothing is wider than the\n\
+                  window, every control has a label, the console is empty. Screenshots are written to target/web/*.png.\n\n\
                   Needs Rust's target wasm32-unknown-unknown, Chromium (Debian: chromium), python3 with venv, and the network on the first run: the driver\n\
                   goes into target/web/venv. What is missing is named and the check is skipped; with CI=true in the environment it fails."
 )]
@@ -24,6 +25,9 @@ pub struct Args {
     #[arg(long, value_name = "S", default_value_t = 75.0, value_parser = seconds)]
     seconds: f64,
 }
+
+/// The policy whose frames are compared, in the folder of policies, and their number: it has looked three times by then.
+const POLICY: (&str, u32) = ("harvest-clone", 180);
 
 /// Folder of the script, of the page and of the screenshots.
 const SUITE: &str = "web";
@@ -40,6 +44,18 @@ struct Episode {
     frames: u32,
     /// Length of the episode \[s\].
     seconds: f64,
+    policy: PolicyEpisode,
+}
+
+/// A short episode of a policy that both sides run.
+#[derive(Serialize)]
+struct PolicyEpisode {
+    ask: Ask,
+    frames: u32,
+    /// File name of the network.
+    name: String,
+    network: PathBuf,
+    spec: PathBuf,
 }
 
 /// Findings of the browser.
@@ -47,6 +63,8 @@ struct Episode {
 struct Found {
     /// Digest of every frame, hexadecimal.
     digests: Vec<String>,
+    /// The same of the policy's episode.
+    policy_digests: Vec<String>,
     /// Wall time of the same episode without digests \[s\].
     seconds: f64,
     /// Time from the request of the page to its first picture \[s\].
@@ -77,29 +95,51 @@ fn check(seconds: f64) -> Result<Verdict, Failure> {
     let folder = python::folder(SUITE);
     let weight = web::build(&folder.join("page"))?;
     let ask = Ask::default();
-    let session = grow(&ask).map_err(|e| Failure::Failed(e.to_string()))?;
-    let frames = (seconds * session.told().frame_rate).round() as u32;
-    let episode = Episode { ask, frames, seconds };
+    let tab = grow(&ask, None).map_err(|e| Failure::Failed(e.to_string()))?;
+    let frames = (seconds * tab.told().told.frame_rate).round() as u32;
+    let (policy, policy_tab) = of_policy()?;
+    let policy_frames = policy.frames;
+    let episode = Episode { ask, frames, seconds, policy };
     let (asked, found) = (folder.join("episode.json"), folder.join("found.json"));
     let text = serde_json::to_vec(&episode).map_err(|e| Failure::Failed(e.to_string()))?;
     write_bytes(&asked, &text).map_err(|e| Failure::Failed(e.to_string()))?;
-    let here = std::thread::spawn(move || digests(session, frames));
+    let here = std::thread::spawn(move || (digests(tab, frames), digests(policy_tab, policy_frames)));
     let page = folder.join("page");
     environment.compare("check.py", &[chromium, page, asked, found.clone(), folder])?;
-    let here = here.join().map_err(|_| Failure::Failed("the episode panicked on this processor".into()))?;
+    let (here, by_policy) =
+        here.join().map_err(|_| Failure::Failed("the episode panicked on this processor".into()))?;
     let there = read(&found)?;
     compare(&here, &there.digests)?;
+    compare(&by_policy, &there.policy_digests)?;
     let [factor, first] = [seconds / there.seconds, there.first_picture];
     say!(
-        "{frames} frames of the expert: the same bits in the browser; {factor:.1} times real time, first picture after {first:.1} s, {weight}"
+        "{frames} frames of the expert and {policy_frames} of {}: the same bits in the browser; {factor:.1} times real time, first picture after {first:.1} s, {weight}",
+        POLICY.0
     );
     Ok(Verdict::Agreed)
 }
 
+/// The episode of the policy, and its start here.
+fn of_policy() -> Result<(PolicyEpisode, Tab), Failure> {
+    let (stem, frames) = POLICY;
+    let [network, spec] =
+        ["onnx", "json"].map(|ending| workspace::root().join("policies").join(format!("{stem}.{ending}")));
+    let name = format!("{stem}.onnx");
+    let failed = |path: &Path, e: std::io::Error| Failure::Failed(format!("{}: {e}", path.display()));
+    let files = PolicyFiles {
+        name: name.clone(),
+        network: std::fs::read(&network).map_err(|e| failed(&network, e))?,
+        spec: std::fs::read_to_string(&spec).map_err(|e| failed(&spec, e))?,
+    };
+    let ask = Ask { driver: format!("onnx:{name}"), ..Ask::default() };
+    let tab = grow(&ask, Some(&files)).map_err(|e| Failure::Failed(e.to_string()))?;
+    Ok((PolicyEpisode { ask, frames, name, network, spec }, tab))
+}
+
 /// Digest of every frame on this processor, hexadecimal.
-fn digests(mut session: Session, frames: u32) -> Vec<String> {
+fn digests(mut tab: Tab, frames: u32) -> Vec<String> {
     let hex = |digest: [u8; 32]| digest.iter().map(|byte| format!("{byte:02x}")).collect();
-    (0..frames).map(|_| hex(session.step_watched())).collect()
+    (0..frames).map(|_| hex(tab.step_watched())).collect()
 }
 
 fn read(path: &PathBuf) -> Result<Found, Failure> {

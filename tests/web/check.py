@@ -2,11 +2,12 @@
 
 usage: check.py CHROMIUM PAGE EPISODE.json FOUND.json SCREENSHOTS
 
-EPISODE.json holds the options of the world, the number of frames and the length [s]; FOUND.json gets the digest of every frame, the wall time of the
-episode and the time to the first picture. Fails if the page writes to the console, is wider than its window, has a control without a label, does
+EPISODE.json holds the options of the world, the number of frames and the length [s], and the same with the files of a policy; FOUND.json gets the
+digest of every frame of both, the wall time of the first episode and the time to the first picture. Fails if the page writes to the console, is wider than its window, has a control without a label, does
 not do what its controls say, or does not say what is wrong.
 """
 
+import base64
 import functools
 import http.server
 import json
@@ -37,6 +38,30 @@ ASK_WORKER = """([message, kind]) => new Promise((resolve, reject) => {
 
 # True once the page tells a pull of more than a newton.
 FORCE = "() => parseFloat(document.getElementById('arrow-text').textContent) > 1"
+
+# Share of the wrist camera's picture that differs from its first dot.
+WRIST = """() => {
+  const canvas = document.getElementById('wrist-picture'), n = canvas.width * canvas.height;
+  const dots = new Uint32Array(canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data.buffer);
+  return dots.reduce((sum, dot) => sum + (dot !== dots[0]), 0) / n;
+}"""
+
+# A gamepad of the standard mapping whose axes and buttons the test sets.
+GAMEPAD = """() => {
+  window.pad = { connected: true, mapping: 'standard', axes: [0, 0, 0, 0], buttons: Array.from({ length: 17 }, () => ({ pressed: false, value: 0 })) };
+  Object.defineProperty(navigator, 'getGamepads', { value: () => [null, window.pad] });
+}"""
+PRESS = """async number => {
+  const frames = n => new Promise(done => { const next = () => (n-- ? requestAnimationFrame(next) : done()); next(); });
+  for (const pressed of [true, false]) { window.pad.buttons[number] = { pressed, value: Number(pressed) }; await frames(3); }
+}"""
+
+# Drops files of these names and texts on the page.
+DROP = """files => {
+  const dropped = new DataTransfer();
+  for (const [name, text] of Object.entries(files)) dropped.items.add(new File([text], name));
+  window.dispatchEvent(new DragEvent('drop', { dataTransfer: dropped, bubbles: true, cancelable: true }));
+}"""
 
 # Controls without a name, and elements that stand out of the window.
 LOOK = """() => {
@@ -128,10 +153,18 @@ def episode(browser, site, asked):
     parts = {"ask": asked["ask"], "frames": asked["frames"]}
     checked = page.evaluate(ASK_WORKER, [{"kind": "check", **parts}, "checked"])
     timed = page.evaluate(ASK_WORKER, [{"kind": "time", **parts}, "timed"])
+    other = asked["policy"]
+    policy = {
+        "name": other["name"],
+        "network": base64.b64encode(Path(other["network"]).read_bytes()).decode(),
+        "spec": Path(other["spec"]).read_text(),
+    }
+    parts = {"ask": other["ask"], "frames": other["frames"], "policy": policy}
+    by_policy = page.evaluate(ASK_WORKER, [{"kind": "check", **parts}, "checked"])
     page.close()
     told = checked["told"]
     print(f"{asked['frames']} frames in {timed['seconds']:.1f} s: {told['picked']} picked, {told['dropped']} dropped, {told['snapped']} snapped")
-    return checked["digests"], timed["seconds"], said
+    return checked["digests"], by_policy["digests"], timed["seconds"], said
 
 
 def looks(visit):
@@ -179,13 +212,98 @@ def pull(visit, touch):
     return shot
 
 
-def wide(browser, site, errors, folder):
+def base(visit):
+    """Place of the robot's base [m]."""
+    return [float(x) for x in visit.page.get_attribute("#pads", "data-base").split()]
+
+
+def moves(visit, start):
+    """Waits until the base is farther than 2 cm from a place."""
+    x, y, _ = start
+    visit.wait(
+        f"() => {{ const [x, y] = document.getElementById('pads').dataset.base.split(' ').map(Number); return Math.hypot(x - {x}, y - {y}) > 0.02; }}"
+    )
+
+
+def overlays(visit, folder):
+    """The wrist camera, the controller's log, loads of wood and plots, by keys and switches; the address holds them."""
+    page = visit.page
+    page.wait_for_selector("#wrist-picture[data-frame]")
+    visit.demand(page.evaluate(WRIST) > 0.02, "the wrist camera's picture is empty")
+    page.keyboard.press("2")
+    page.wait_for_selector("#wrist", state="hidden")
+    visit.demand("overlays=leaves%2Cdetections" in page.url, f"the address does not tell overlays: {page.url}")
+    for key in ["2", "5", "7", "0"]:
+        page.keyboard.press(key)
+    page.check("#overlay-contacts")
+    visit.wait("() => Number(document.getElementById('plots').dataset.samples) > 5")
+    visit.wait("() => /\\d s  \\w/.test(document.getElementById('log').textContent)")
+    visit.wait("() => /expert: \\w+ .* found/.test(document.getElementById('wrist-told').textContent)")
+    visit.demand(page.is_visible("#loads"), "the colours of loads are not explained")
+    visit.wait("() => Number(document.getElementById('time').textContent) > 6")
+    looks(visit)
+    page.screenshot(path=folder / "wide-overlays.png")
+    for key in ["5", "7", "0"]:
+        page.keyboard.press(key)
+    page.uncheck("#overlay-contacts")
+    visit.demand("overlays" not in page.url, f"the address tells overlays that are always on: {page.url}")
+
+
+def drives(visit, folder):
+    """Takes the robot over by a key, drives it by keys and by a gamepad that is made up, and gives it back."""
+    page = visit.page
+    page.keyboard.press("t")
+    page.wait_for_selector("body.driving")
+    start = base(visit)
+    page.keyboard.down("w")
+    moves(visit, start)
+    page.keyboard.up("w")
+    looks(visit)
+    page.screenshot(path=folder / "wide-drive.png")
+    before = page.inner_text("#close")
+    page.keyboard.press("c")
+    visit.demand(page.inner_text("#close") != before, "C does not move the fingers")
+    page.keyboard.press("t")
+    page.wait_for_selector("body:not(.driving)", state="attached")
+    visit.wait("() => document.getElementById('doing').textContent.startsWith('expert: ')")
+    page.evaluate(GAMEPAD)
+    page.evaluate(PRESS, 3)
+    page.wait_for_selector("body.driving")
+    start = base(visit)
+    page.evaluate("() => { window.pad.axes[1] = 1; }")
+    moves(visit, start)
+    page.evaluate("() => { window.pad.axes[1] = 0; }")
+    before = page.inner_text("#close")
+    page.evaluate(PRESS, 0)
+    visit.demand(page.inner_text("#close") != before, "the gamepad does not move the fingers")
+    page.evaluate(PRESS, 3)
+    page.wait_for_selector("body:not(.driving)", state="attached")
+
+
+def policies(visit, policy):
+    """Opens a policy by the file chooser; files that are none, or one alone, get a sentence."""
+    page = visit.page
+    page.evaluate(DROP, {"notes.txt": "an apple"})
+    visit.demand("is no policy: open a network" in page.inner_text("#problem"), f"says {page.inner_text('#problem')}")
+    page.evaluate(DROP, {"bad.onnx": "no network"})
+    visit.wait("() => document.getElementById('policy-told').textContent.startsWith('Open its spec bad.json, too')")
+    page.evaluate(DROP, {"bad.json": "{"})
+    visit.wait("() => document.getElementById('problem').textContent.startsWith('Driver onnx:bad.onnx: the spec: EOF while parsing')")
+    page.set_input_files("#policy", [policy["network"], policy["spec"]])
+    visit.wait(f"() => location.search.includes('driver=onnx%3A{policy['name']}') && document.getElementById('waiting').hidden")
+    visit.wait("() => Number(document.getElementById('time').textContent) > 0.3")
+    visit.demand(page.is_hidden("#problem"), f"says {page.inner_text('#problem')}")
+
+
+def wide(browser, site, errors, folder, policy):
     visit = Visit(browser, site, SIZES["wide"], errors, "1280 px")
     first = visit.open()
     page = visit.page
     looks(visit)
     visit.wait("() => Number(document.getElementById('time').textContent) > 1")
     page.screenshot(path=folder / "wide.png")
+    overlays(visit, folder)
+    drives(visit, folder)
     page.click("#run")
     visit.demand(page.inner_text("#run") == "Run", "Pause does not pause")
     stands = visit.rest()
@@ -211,6 +329,17 @@ def wide(browser, site, errors, folder):
     page.keyboard.press("n")
     visit.wait("() => location.search.includes('seed=20250705') && document.getElementById('waiting').hidden")
     visit.demand(page.is_hidden("#problem"), f"says {page.inner_text('#problem')}")
+    policies(visit, policy)
+    # It was made for another robot.
+    page.select_option("#robot", "rail-xarm6-suction")
+    page.select_option("#camera", "d435i")
+    page.click("#grow")
+    visit.wait("() => document.getElementById('problem').textContent.includes('the policy was made for robot ridgeback-fr3')")
+    page.select_option("#driver", "expert")
+    page.click("#grow")
+    visit.wait("() => location.search.includes('robot=rail-xarm6-suction&camera=d435i') && document.getElementById('waiting').hidden")
+    page.wait_for_selector("#wrist-picture[data-frame]", state="visible")
+    page.screenshot(path=folder / "wide-robot.png")
     visit.context.close()
     return first
 
@@ -226,6 +355,18 @@ def narrow(browser, site, errors, folder):
     page.screenshot(path=folder / "narrow.png")
     page.screenshot(path=folder / "narrow-whole.png", full_page=True)
     (folder / "narrow-pull.png").write_bytes(pull(visit, True))
+    page.tap("#take")
+    page.wait_for_selector("body.driving")
+    page.evaluate("() => scrollTo(0, 0)")
+    start, box = base(visit), page.locator("[data-drive='base 0 -1']").bounding_box()
+    session = visit.context.new_cdp_session(page)
+    finger = [{"x": box["x"] + box["width"] / 2, "y": box["y"] + box["height"] / 2}]
+    session.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": finger})
+    moves(visit, start)
+    looks(visit)
+    page.screenshot(path=folder / "narrow-drive.png")
+    session.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+    page.wait_for_selector("[data-held]", state="detached")
     visit.context.close()
 
 
@@ -237,16 +378,19 @@ def faults(browser, site, errors, folder, page):
         "?driver=me": "Driver `me` is unknown",
         "?foliage=9": "Foliage:",
         "?tree=-1": "a whole number from 0 to",
-        "?foliage=green": "which is no number",
-        "?speed=3": "this page has 0.1",
-        "?colour=red": "does not know",
+        "?foliage=green&speed=3&colour=red": ["which is no number", "this page has 0.1", "does not know"],
+        "?robot=mule": "No robot 'mule'; the robots are: ridgeback-fr3",
+        "?camera=box": "No camera 'box'; the cameras are:",
+        "?overlays=smell&driver=nobody": "Overlay `smell` is unknown; the overlays are: leaves",
+        "?driver=onnx:mine.onnx": "its two files are not here: open mine.onnx",
     }
-    for search, sentence in cases.items():
+    for search, sentences in cases.items():
         visit = Visit(browser, site, SIZES["narrow"], errors, search)
         visit.page.goto(site + search)
         visit.page.wait_for_selector("#problem:not([hidden])")
         said = visit.page.inner_text("#problem")
-        visit.demand(sentence in said, f"says {said}")
+        for sentence in [sentences] if isinstance(sentences, str) else sentences:
+            visit.demand(sentence in said, f"says {said}")
         looks(visit)
         if search == "?preset=lemon":
             visit.page.screenshot(path=folder / "refused.png")
@@ -278,13 +422,14 @@ def main():
     with sync_playwright() as playwright:
         # As root Chromium refuses its sandbox; the pages are our own.
         browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox", *GRAPHICS])
-        digests, seconds, said = episode(browser, site, json.loads(Path(asked).read_text()))
+        asked = json.loads(Path(asked).read_text())
+        digests, policy_digests, seconds, said = episode(browser, site, asked)
         errors += [f"the worker wrote to the console: {line}" for line in said]
-        first = wide(browser, site, errors, folder)
+        first = wide(browser, site, errors, folder, asked["policy"])
         narrow(browser, site, errors, folder)
         faults(browser, site, errors, folder, page)
         browser.close()
-    Path(found).write_text(json.dumps({"digests": digests, "seconds": seconds, "first_picture": first}))
+    Path(found).write_text(json.dumps({"digests": digests, "policy_digests": policy_digests, "seconds": seconds, "first_picture": first}))
     for error in errors:
         print(error, file=sys.stderr)
     sys.exit(1 if errors else 0)

@@ -33,6 +33,9 @@ mod batch_tests;
 mod buffers;
 mod device;
 #[cfg(test)]
+#[path = "../../camera/tests/suite/common/direction.rs"]
+mod direction;
+#[cfg(test)]
 mod image_tests;
 mod images;
 mod laws;

@@ -215,6 +215,12 @@ impl Session {
         self.command.as_ref()
     }
 
+    /// True if the command of the latest frame closes the hand: fingers less than half open, or the valve of a suction cup open.
+    pub fn hand_is_closed(&self) -> bool {
+        let half_open = 0.5 * self.world.robot().kinematics().finger_stroke();
+        self.command.is_some_and(|command| command.vacuum > 0.5 || command.finger_q < half_open)
+    }
+
     /// Events of the latest frame.
     pub fn news(&self) -> &[WorldEvent] {
         &self.news

@@ -1,12 +1,10 @@
 //! Canopy zones of the benchmark's metrics in the world on show.
 
 use orchard_geometry::{Vec3, math};
-use orchard_play::Colour;
+use orchard_play::{Colour, Marks, colour};
 use orchard_tasks::zones::{Zone, ZoneFrame, ZoneRules};
 use orchard_world::World;
 use orchard_world::truth::FruitState;
-
-use crate::marks::{Marks, colour};
 
 /// Sides of a ring, radius of its line \[m\], and its colour.
 const SIDES: u32 = 48;
@@ -42,7 +40,7 @@ impl Canopy {
     }
 
     /// Draws the cylinder that parts inner from outer zones, its cuts into thirds, and a shell in the colour of its zone about each fruit on the tree.
-    pub(crate) fn mark(&self, marks: &mut Marks, world: &World) {
+    pub fn mark(&self, marks: &mut Marks, world: &World) {
         let Some(frame) = &self.frame else { return };
         let [x, y] = frame.axis_world;
         let at = |z: f64| Vec3::new(x, y, z);

@@ -1,13 +1,12 @@
 //! The desktop viewer.
 //!
 //! A [`Stage`] holds any scenario's world with its driver and grows another as the dials are turned; a [`Pace`] says when it steps. An [`Orbit`] looks at
-//! it. [`Overlay`]s add marks ([`annotate()`]), pictures of the wrist camera ([`wrist`]) and plots ([`Trace`]).
+//! it. Overlays, marks, pictures of the wrist camera and plots are those of `orchard-play`.
 //!
 //! With the feature `recording`, `recorded` shows the episode of a recording; with `demos`, a `DemoFolder` keeps what a person drives as demonstrations.
 //!
 //! With the feature `window`, `window::open` shows all of it in a window, and `window::Offscreen` draws the same without one.
 
-mod annotate;
 mod audience;
 mod canopy;
 mod demonstration;
@@ -15,35 +14,28 @@ mod demonstration;
 mod episode;
 #[cfg(feature = "live")]
 pub mod live;
-mod marks;
 mod orbit;
-mod overlay;
 mod pace;
 mod pad;
 mod recorded;
 #[cfg(feature = "demos")]
 mod shelf;
 mod stage;
-mod trace;
 #[cfg(feature = "window")]
 pub mod window;
-pub mod wrist;
 
-pub use annotate::{Seen, Target, annotate, line, reach, state_name, target};
 pub use audience::Audience;
 pub use canopy::Canopy;
 pub use demonstration::{DrivenFrame, PERSON, Shelf};
 #[cfg(feature = "recording")]
 pub use episode::recorded;
-pub use marks::{Marks, colour};
 pub use orbit::{Axes, Orbit};
-pub use overlay::{Overlay, Overlays};
+pub use orchard_play::{Overlay, Overlays};
 pub use pace::{Pace, SCALES};
 pub use pad::{PAD, Pad, PadAction, PadAxis, PadButton, PadEvent};
 #[cfg(feature = "demos")]
 pub use shelf::DemoFolder;
 pub use stage::{Dials, NOBODY, RECORDED, Setup, Stage};
-pub use trace::{Sample, Trace, contacts};
 
 /// Compiles and runs the example of the README.
 #[cfg(doctest)]

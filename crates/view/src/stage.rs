@@ -3,14 +3,13 @@
 use std::sync::Arc;
 
 use orchard_picker::{Controller, ControllerKind};
-use orchard_play::{Make, Session};
+use orchard_play::{Make, Session, state_name};
 use orchard_robot::Command;
 use orchard_scenario::{Changes, OptionValue, Options, Scenario, ScenarioError};
 use orchard_spec::Spec;
 use orchard_tasks::protocol::Protocol;
 use orchard_world::{World, WorldError};
 
-use crate::annotate::state_name;
 use crate::audience::Audience;
 use crate::canopy::Canopy;
 use crate::demonstration::{DrivenFrame, PERSON, Shelf};

@@ -2,24 +2,24 @@
 
 use std::sync::Arc;
 
+use orchard_learned::NETWORK_MAX;
 use orchard_perception::DetectorConfig;
-use orchard_picker::Kind;
-use orchard_play::{Make, Session};
+use orchard_picker::{ControllerKind, Kind};
+use orchard_play::{Make, Overlay, Session};
 use orchard_quantity::Quantity;
 use orchard_robot::RobotModel;
+use orchard_spec::camera::CameraSpec;
 use orchard_spec::{Preset, Spec};
 use orchard_world::World;
 use serde::{Deserialize, Serialize};
 
 use crate::driver::Driver;
+use crate::parts::{AskError, Parts, shown};
+use crate::policy::{self, POLICY, PolicyFiles};
+use crate::tab::{OVERLAYS, Tab};
 
 /// The foliage dial in a world's config.
 const FOLIAGE: &str = "foliage.density";
-
-/// An option that cannot be used; the message names it, its value and what is allowed.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{0}")]
-pub struct AskError(pub String);
 
 /// Options of a session. A field without a value keeps the default.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -33,7 +33,11 @@ pub struct Ask {
     pub tree: u32,
     /// The foliage dial \[1\]; `None` keeps the preset's.
     pub foliage: Option<f64>,
-    /// Name of the controller, or `nobody`.
+    /// Robot, by its name.
+    pub robot: String,
+    /// Camera at its wrist, by its name; `None` keeps the preset's.
+    pub camera: Option<String>,
+    /// Name of the controller, `nobody`, or `onnx:` and the name of a network's file.
     pub driver: String,
 }
 
@@ -45,6 +49,8 @@ impl Default for Ask {
             seed: "20250704".to_owned(),
             tree: 0,
             foliage: None,
+            robot: RobotModel::PAPER.to_owned(),
+            camera: None,
             driver: Kind::Expert.name().to_owned(),
         }
     }
@@ -71,7 +77,25 @@ impl Ask {
         })
     }
 
-    /// The driver.
+    /// The kind of controller that drives; `None` for nobody.
+    ///
+    /// # Errors
+    /// There is none of that name, or a policy whose files are missing or cannot be used.
+    fn kind(
+        &self,
+        parts: &Parts,
+        policy: Option<&PolicyFiles>,
+    ) -> Result<Option<Arc<dyn ControllerKind>>, AskError> {
+        if self.driver.starts_with(POLICY) {
+            return policy::kind(&self.driver, policy, parts).map(Some);
+        }
+        Ok(match self.driver()? {
+            Driver::Controller(kind) => Some(Arc::new(kind)),
+            Driver::Nobody => None,
+        })
+    }
+
+    /// The driver, if it is no policy from a file.
     ///
     /// # Errors
     /// There is none of that name.
@@ -79,14 +103,14 @@ impl Ask {
         Driver::named(&self.driver).ok_or_else(|| {
             let names: Vec<&str> = Driver::ALL.iter().map(|driver| driver.name()).collect();
             AskError(format!(
-                "driver `{}` is unknown; the drivers are: {}",
+                "driver `{}` is unknown; the drivers are: {}, and {POLICY}FILE.onnx",
                 shown(&self.driver),
                 names.join(", ")
             ))
         })
     }
 
-    /// Resolves the options, as a scenario resolves the same names: the paper's robot, the preset's camera, and the detector of that camera.
+    /// Resolves the options, as a scenario resolves the same names; the detector is that of the camera.
     ///
     /// # Errors
     /// An unknown name, a figure out of its range.
@@ -100,34 +124,30 @@ impl Ask {
             let changed = spec.with_figures("foliage", &[(FOLIAGE, foliage)]);
             spec = changed.map_err(|e| AskError(format!("foliage: {}", e.problem)))?;
         }
+        if let Some(camera) = &self.camera {
+            spec.camera = CameraSpec::named(&shown(camera)).map_err(AskError)?;
+        }
+        let robot = RobotModel::named(&shown(&self.robot)).map_err(AskError)?;
         let detector = DetectorConfig::named(spec.camera.name()).unwrap_or_else(|_| DetectorConfig::paper());
-        Ok(Parts { spec: Arc::new(spec), robot: Arc::new(RobotModel::paper()), detector })
+        Ok(Parts { spec: Arc::new(spec), robot: Arc::new(robot), detector })
     }
 }
 
-/// Parts of a session.
-pub(crate) struct Parts {
-    pub spec: Arc<Spec>,
-    pub robot: Arc<RobotModel>,
-    pub detector: DetectorConfig,
-}
-
-/// Grows the session that the options ask for.
+/// Grows the session that the options ask for; `policy` holds the files of a policy that may drive.
 ///
 /// # Errors
 /// An option that cannot be used, or a world that cannot be built.
-pub fn grow(ask: &Ask) -> Result<Session, AskError> {
-    let (seed, driver, parts) = (ask.seed()?, ask.driver()?, ask.parts()?);
+pub fn grow(ask: &Ask, policy: Option<&PolicyFiles>) -> Result<Tab, AskError> {
+    let (seed, parts) = (ask.seed()?, ask.parts()?);
+    let kind = ask.kind(&parts, policy)?;
     let world = World::new(parts.spec, parts.robot.clone(), seed, ask.tree);
-    let world = world.map_err(|e| {
+    let mut world = world.map_err(|e| {
         AskError(format!("tree {} of seed {seed} cannot be built: {e}; take another seed", ask.tree))
     })?;
-    let (robot, detector) = (parts.robot, parts.detector);
-    let make: Option<Make> = match driver {
-        Driver::Controller(kind) => Some(Box::new(move || kind.controller(&robot, detector.clone()))),
-        Driver::Nobody => None,
-    };
-    Ok(Session::new(world, make))
+    let (robot, detector) = (parts.robot, parts.detector.clone());
+    world.deliver_pictures(kind.as_ref().and_then(|kind| kind.pictures()));
+    let make = kind.map(|kind| -> Make { Box::new(move || kind.controller(&robot, &detector)) });
+    Ok(Tab::new(Session::new(world, make), parts.detector))
 }
 
 /// Names of the presets.
@@ -135,29 +155,47 @@ fn presets() -> Vec<&'static str> {
     Preset::ALL.iter().map(|preset| preset.name()).collect()
 }
 
-/// The beginning of a text from a link, for a message.
-fn shown(text: &str) -> String {
-    const MOST: usize = 40;
-    text.chars().take(MOST).collect()
+/// An overlay that a page offers.
+#[derive(Serialize)]
+struct MenuOverlay {
+    name: &'static str,
+    help: &'static str,
 }
 
 /// Names and ranges that a page offers.
 #[derive(Serialize)]
 struct Menu {
     presets: Vec<&'static str>,
+    robots: Vec<&'static str>,
+    cameras: Vec<&'static str>,
     drivers: Vec<&'static str>,
     /// Lowest and highest foliage.
     foliage: [f64; 2],
+    overlays: Vec<MenuOverlay>,
+    /// Overlays that are on when a page opens, with commas between.
+    overlays_on: &'static str,
+    /// Largest file of a network \[bytes\].
+    network_max: u64,
     defaults: Ask,
 }
 
-/// Names and ranges that a page offers, as JSON: `presets`, `drivers`, `foliage` (lowest and highest) and `defaults`.
+/// Names and ranges that a page offers, as JSON: `presets`, `robots`, `cameras`, `drivers`, `foliage` (lowest and highest), `overlays`,
+/// `overlays_on`, `network_max` and `defaults`.
 pub fn menu() -> String {
     let density: Quantity = Spec::paper().foliage.density;
     let menu = Menu {
         presets: presets(),
+        robots: RobotModel::names(),
+        cameras: CameraSpec::FILES.iter().map(|(name, _)| *name).collect(),
         drivers: Driver::ALL.iter().map(|driver| driver.name()).collect(),
         foliage: density.range(),
+        overlays: Overlay::ALL
+            .into_iter()
+            .filter(|overlay| *overlay != Overlay::Zones)
+            .map(|overlay| MenuOverlay { name: overlay.name(), help: overlay.help() })
+            .collect(),
+        overlays_on: OVERLAYS,
+        network_max: NETWORK_MAX,
         defaults: Ask::default(),
     };
     serde_json::to_string(&menu).unwrap_or_else(|e| unreachable!("names and numbers: {e}"))

@@ -1,16 +1,21 @@
 //! One world with its controller for a browser.
 //!
-//! [`grow`] makes a [`Session`] from an [`Ask`], the options as a page gives them. On `wasm32-unknown-unknown` the module `abi` exports it to
+//! [`grow`] makes a [`Tab`] from an [`Ask`], the options as a page gives them: a session with overlays and the wrist camera's pictures. On `wasm32-unknown-unknown` the module `abi` exports it to
 //! JavaScript. The crate opens no files, reads no clock and starts no threads.
 
 #[cfg(target_arch = "wasm32")]
 mod abi;
 mod ask;
 mod driver;
+mod parts;
+mod policy;
+mod tab;
 
-pub use ask::{Ask, AskError, grow, menu};
+pub use ask::{Ask, grow, menu};
 pub use driver::Driver;
-pub use orchard_play::Session;
+pub use parts::AskError;
+pub use policy::PolicyFiles;
+pub use tab::{Found, Instances, Tab, TabTold, WristView};
 
 /// Compiles and runs the example of the README.
 #[cfg(doctest)]

@@ -1,9 +1,8 @@
 //! Keys of the window.
 
 use eframe::egui::{InputState, Key};
-use orchard_play::Wish;
+use orchard_play::{Overlay, Wish};
 
-use crate::overlay::Overlay;
 use crate::pad::PadAction;
 
 /// What a key does once, when it is pressed.

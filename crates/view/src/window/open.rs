@@ -2,12 +2,12 @@
 
 use eframe::egui::{self, ViewportBuilder};
 use eframe::{CreationContext, Frame, NativeOptions};
+use orchard_play::Overlays;
 
 use super::ViewError;
 use super::device::{configuration, one_line};
 use super::layout;
 use super::viewer::Viewer;
-use crate::overlay::Overlays;
 use crate::stage::Stage;
 
 /// A viewer in a window.

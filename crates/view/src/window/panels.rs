@@ -6,14 +6,12 @@ use eframe::egui::{
 };
 use orchard_geometry::Vec3;
 use orchard_picker::Event;
-use orchard_play::load_colour;
+use orchard_play::{Overlay, line, load_colour, state_name};
 
 use super::keys::{self, Action};
 use super::looks::{INK, shade};
 use super::plots;
 use super::viewer::{Viewer, WristPicture};
-use crate::annotate::{line, state_name};
-use crate::overlay::Overlay;
 use crate::pace::SCALES;
 use crate::pad::PAD;
 use crate::stage::Dials;

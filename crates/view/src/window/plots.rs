@@ -2,10 +2,9 @@
 
 use eframe::egui::{Ui, Vec2b};
 use egui_plot::{Corner, Legend, Line, Plot, PlotPoints};
+use orchard_play::{Sample, Trace, colour};
 
 use super::looks::shade;
-use crate::marks::colour;
-use crate::trace::{Sample, Trace};
 
 /// Shows both plots side by side, of a height [points].
 pub fn show(trace: &Trace, ui: &mut Ui, height: f32) {

@@ -7,25 +7,23 @@ use std::time::{Duration, Instant};
 use eframe::egui::{self, Color32, Rect, Sense, TextureHandle, TextureId, TextureOptions, Ui};
 use eframe::egui_wgpu::RenderState;
 use orchard_geometry::{Image, Vec3};
-use orchard_play::{Drawing, Mesh, Paint, Reach, Wish, WoodPaint};
-use orchard_robot::Command;
+use orchard_play::{
+    Drawing, Marks, Mesh, Overlay, Overlays, Paint, Reach, Seen, Trace, Wish, WoodPaint, annotate, wrist,
+};
 
 use super::clock::thread_time;
 use super::file::{without_alpha, write_png};
 use super::keys::{self, Action};
 use super::renderer::{Lists, Renderer};
-use crate::annotate::{Seen, annotate};
-use crate::marks::Marks;
 use crate::orbit::Orbit;
-use crate::overlay::{Overlay, Overlays};
 use crate::pace::Pace;
 use crate::pad::{Pad, PadEvent};
 use crate::stage::{Dials, Stage};
-use crate::trace::Trace;
-use crate::wrist;
 
 /// Longest time that the world may take between two pictures; what is left then is dropped, and the world runs slower than asked.
 const STEPPING: Duration = Duration::from_millis(50);
+/// Dots a pixel side of the depth picture.
+const ENLARGED: usize = 2;
 /// Turn of the view for a drag of one point, and by a key in a second \[rad\].
 pub(super) const TURN: [f64; 2] = [0.006, 1.2];
 /// Factor of the distance for a point of the wheel, and exponent by a key in a second.
@@ -260,7 +258,7 @@ impl Viewer {
         };
         let key = (frame, self.seen.len());
         if self.overlays.has(Overlay::Depth) && self.depth.as_ref().is_none_or(|shown| shown.key != key) {
-            let image = wrist::depth(world, &self.seen);
+            let image = wrist::depth(world, &self.seen, ENLARGED);
             refresh(&mut self.depth, image, key, "depth", ui);
         }
         let key = (frame, 0);
@@ -299,9 +297,7 @@ impl Viewer {
     pub(super) fn take_over(&mut self) {
         let session = self.stage.session_mut();
         // A hand that holds something stays closed.
-        let half_open = 0.5 * session.world().robot().kinematics().finger_stroke();
-        let is_closed = |c: &Command| c.vacuum > 0.5 || c.finger_q < half_open;
-        self.closes = session.command().is_some_and(is_closed) && !session.is_taken_over();
+        self.closes = session.hand_is_closed() && !session.is_taken_over();
         if session.is_taken_over() { session.give_back() } else { session.take_over() }
     }
 
@@ -399,7 +395,10 @@ impl Viewer {
         let paint = Paint { leaves: self.overlays.has(Overlay::Leaves), wood };
         let session = self.stage.session();
         session.draw(&mut self.drawing, &paint);
-        annotate(&mut self.marks, session, self.stage.canopy(), &self.overlays, &self.seen);
+        annotate(&mut self.marks, session, &self.overlays, &self.seen);
+        if self.overlays.has(Overlay::Zones) {
+            self.stage.canopy().mark(&mut self.marks, session.world());
+        }
         let pixels = ui.ctx().pixels_per_point();
         let size = [rect.width() * pixels, rect.height() * pixels].map(|side| side.round() as u32);
         let world = Lists { meshes: self.drawing.meshes(), instances: self.drawing.instances() };

@@ -1,14 +1,13 @@
 //! Pictures of the wrist camera, and what the detector finds in its latest image.
 
 use orchard_camera::picture::{PictureStyle, ShadowMaps, depth_picture_enlarged, picture};
-use orchard_geometry::{Image, Intrinsics, inverse_transform, transform};
+use orchard_geometry::{Image, Intrinsics, Vec3, inverse_transform, transform};
 use orchard_perception::{DetectorConfig, detect};
 use orchard_world::World;
+use serde::Serialize;
 
 use crate::annotate::Seen;
 
-/// Dots a pixel side of the depth picture.
-const ENLARGED: usize = 2;
 /// Rows of the colour picture.
 const ROWS: usize = 144;
 
@@ -25,19 +24,32 @@ pub fn seen(world: &World, detector: &DetectorConfig) -> Vec<Seen> {
     seen.collect()
 }
 
-/// The latest depth image in false colour, bright is near, with a circle around each detection; `None` before the first image.
-pub fn depth(world: &World, seen: &[Seen]) -> Option<Image<[u8; 3]>> {
-    let truth = world.camera_truth()?;
+/// A circle in the camera's latest image: the outline of a sphere.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Circle {
+    /// Column of the centre \[px\].
+    pub u: f64,
+    /// Row of the centre \[px\].
+    pub v: f64,
+    /// Radius \[px\].
+    pub radius: f64,
+}
+
+/// Outline of a sphere about a place \[m\], world, in the camera's latest image; `None` behind the camera, or before the first image.
+pub fn circle(world: &World, p_world: &Vec3, radius: f64) -> Option<Circle> {
+    let p_camera = inverse_transform(&world.camera_truth()?.sight.x_world_camera, p_world);
     let intrinsics = world.sense().intrinsics;
-    let circles: Vec<(f64, f64, f64)> = seen
-        .iter()
-        .filter_map(|seen| {
-            let p_camera = inverse_transform(&truth.sight.x_world_camera, &seen.p_world);
-            let (u, v) = intrinsics.project(&p_camera)?;
-            Some((u, v, intrinsics.fx * seen.radius / p_camera.z))
-        })
-        .collect();
-    Some(depth_picture_enlarged(&truth.measured, &circles, ENLARGED))
+    let (u, v) = intrinsics.project(&p_camera)?;
+    Some(Circle { u, v, radius: intrinsics.fx * radius / p_camera.z })
+}
+
+/// The latest depth image in false colour, bright is near, with a circle around each detection, by `enlarged` dots a pixel side; `None` before the first
+/// image.
+pub fn depth(world: &World, seen: &[Seen], enlarged: usize) -> Option<Image<[u8; 3]>> {
+    let truth = world.camera_truth()?;
+    let circles = seen.iter().filter_map(|seen| circle(world, &seen.p_world, seen.radius));
+    let circles: Vec<(f64, f64, f64)> = circles.map(|circle| (circle.u, circle.v, circle.radius)).collect();
+    Some(depth_picture_enlarged(&truth.measured, &circles, enlarged))
 }
 
 /// A colour picture of the present state with the camera's place and field of view, with the sun's shadow and without the sky's.

@@ -3,12 +3,12 @@
 use orchard_fruit::Phase;
 use orchard_geometry::{Pose, Vec3, transform};
 use orchard_picker::{Event, State};
-use orchard_play::{Session, load_colour};
 use orchard_world::World;
 
-use crate::canopy::Canopy;
 use crate::marks::{Marks, colour};
 use crate::overlay::{Overlay, Overlays};
+use crate::paint::load_colour;
+use crate::session::Session;
 use crate::trace::contacts;
 
 /// Length of an arrow over its force [m/N], and the longest arrow \[m\].
@@ -103,7 +103,7 @@ pub fn state_name(state: State) -> &'static str {
 }
 
 /// Adds the marks of all overlays that are on, and of the hand's pull.
-pub fn annotate(marks: &mut Marks, session: &Session, canopy: &Canopy, overlays: &Overlays, seen: &[Seen]) {
+pub fn annotate(marks: &mut Marks, session: &Session, overlays: &Overlays, seen: &[Seen]) {
     marks.clear();
     let world = session.world();
     if let Some(pull) = session.pull() {
@@ -129,9 +129,6 @@ pub fn annotate(marks: &mut Marks, session: &Session, canopy: &Canopy, overlays:
     if overlays.has(Overlay::Reach) {
         let (p_world, radius) = reach(world);
         marks.ball(&p_world, radius, colour::SKY, 0.16);
-    }
-    if overlays.has(Overlay::Zones) {
-        canopy.mark(marks, world);
     }
     if overlays.has(Overlay::Stems) {
         stems(marks, world);

@@ -3,9 +3,10 @@
 use std::collections::VecDeque;
 
 use orchard_multibody::ContactReport;
-use orchard_play::Session;
 use orchard_robot::RobotHandle;
 use orchard_world::World;
+
+use crate::session::Session;
 
 /// Frames of the world in a sample.
 const FRAMES: u32 = 6;

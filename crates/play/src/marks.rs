@@ -1,11 +1,13 @@
 //! Arrows, spheres and axes over a world, as instances of small meshes that are drawn like it.
 
 use orchard_geometry::{Pose, Rotation, Vec3, rotation_from_z};
-use orchard_play::{Colour, Fineness, Mesh};
+
+use crate::mesh::{Fineness, Mesh};
+use crate::paint::Colour;
 
 /// Colours of marks, of Okabe and Ito's palette.
 pub mod colour {
-    use orchard_play::Colour;
+    use crate::paint::Colour;
 
     /// Orange: the axis x, and the pull of the hand.
     pub const ORANGE: Colour = [0.90, 0.62, 0.0];
@@ -113,7 +115,7 @@ fn along(p_world: &Vec3, way: &Vec3) -> Pose {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use orchard_play::INSTANCE_FLOATS;
+    use crate::picture::INSTANCE_FLOATS;
 
     #[test]
     fn an_arrow_ends_where_it_points() {
