@@ -3,7 +3,7 @@
 //! A [`Plan`] says what is demonstrated: scenario, task, observations, actions, seeds. [`run`] computes its episodes in parallel into a
 //! folder, whose [`Meta`] states every convention; an interrupted run continues. An episode is a table of steps with the observations that a
 //! policy would have seen and the controller's actions in the encoding of `orchard-policy`, PNG images, and the raw commands of every frame.
-//! What a person drove in a viewer becomes such an episode by [`DrivenDemos`].
+//! [`DrivenDemos`] makes such an episode of the commands by which a person drove the robot in a viewer.
 //!
 //! [`verify`] reads all of it back and simulates every episode again.
 //!

@@ -184,7 +184,7 @@ fn drive(seed: u64) -> Drive {
     drive
 }
 
-/// What a person drove is written, read and verified as what a controller did.
+/// An episode that a person drove is written, read and verified like that of a controller.
 #[test]
 fn what_a_person_drove_is_a_demonstration() {
     let folder = tempfile::tempdir().unwrap();

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 /// A world with its place, its sight, and what was drawn of it.
 type Drawn<'a, 'b> = ((&'a mut (usize, &'b mut World), Option<Sight>), Option<DepthImage>);
 
-/// Draws what the wrist cameras of worlds see. A camera's errors follow on the processor, with the bits that they have there for the same exact image.
+/// Draws the depth images of the wrist cameras of many worlds. The device draws exact depth; the errors of a camera are added on the processor, by the code and with the bits of [`World::observe`].
 #[derive(Debug)]
 pub struct Eyes {
     images: ImageBatch,

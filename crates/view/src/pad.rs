@@ -44,7 +44,7 @@ pub enum PadButton {
     Select,
 }
 
-/// What a gamepad tells.
+/// A change at a gamepad.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PadEvent {
     /// A stick moved to a place from -1 to 1.
@@ -55,7 +55,7 @@ pub enum PadEvent {
     Gone,
 }
 
-/// What a button does once, when it is pressed.
+/// An action that a button starts when it is pressed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PadAction {
     /// Closes or opens the hand.

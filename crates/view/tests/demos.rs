@@ -29,7 +29,7 @@ fn drive(stage: &mut Stage, frames: u32) {
     (0..frames).for_each(|_| assert!(stage.step()));
 }
 
-/// What was driven is read and verified as what a controller did, and its end is the state that the person saw.
+/// A driven episode is read and verified like that of a controller, and it ends in the state that the person saw.
 #[test]
 fn what_is_driven_is_kept_as_a_demonstration() {
     let folder = tempfile::tempdir().unwrap();

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use std::sync::{Arc, OnceLock};
 
-/// All that an image of the wrist camera depends on: the scene in front of it, before it is drawn.
+/// An image of the wrist camera before it is drawn: the scene, the camera's pose, and the key of its noise.
 #[derive(Debug, Clone)]
 pub struct Sight {
     /// Frame of the world in which the image is taken.

@@ -28,13 +28,13 @@ const LONGEST: usize = 0xffff;
 /// An image to be drawn.
 #[derive(Debug, Clone, Copy)]
 pub struct View<'a> {
-    /// What there is.
+    /// The scene in front of the camera.
     pub subject: Subject<'a>,
     /// Camera, its pose, and the range of depths.
     pub exposure: Exposure,
 }
 
-/// What an image shows.
+/// The scene of an image: one that is sent with it, or one that the device has.
 #[derive(Debug, Clone, Copy)]
 pub enum Subject<'a> {
     /// A scene, which is sent to the device.
@@ -145,7 +145,7 @@ impl ImageBatch {
         self.gpu.wait()
     }
 
-    /// Draws images in parts that fit, and makes something of the depths and items of each.
+    /// Draws images in as many calls of the device as its buffers need; `make` turns the depths and items of each image into a result.
     fn draw<T: Send>(
         &mut self,
         views: &[View<'_>],

@@ -64,7 +64,7 @@ pub struct Args {
     frames: u32,
 }
 
-/// Where demonstrations go that a person drives, and what is written of them.
+/// Options of demonstrations that a person drives: their folder, their observations and actions.
 #[derive(clap::Args)]
 pub struct DemosArgs {
     /// Folder for demonstrations of the harvest that you drive, in the form of `orchard demos`: new, or with demonstrations of the same scenario. B
