@@ -23,6 +23,12 @@ use crate::rows::{Effort, Suite, run_suite};
                   env.pixels         with the pictures of wrist and base camera, 128 x 128, in every step\n  \
                   env.memory         memory of one of many environments\n  \
                   env.binding        what Python takes on top of a native step, as a share of it; null without the package\n\n\
+                  Rows of env-gpu, for 512 and 4,096 environments (N), each beside one of its resets:\n  \
+                  env.gpu_N          from state, worlds on the device\n  \
+                  env.gpu_depth_N    with a depth image of 128 x 128, drawn there, in every step\n  \
+                  env.cpu_depth_N    the same on the processor alone\n\n\
+                  Rows of images, each on the device alone (.device) and with sending and reading:\n  \
+                  images.depth_128, images.labels_128, images.d435i_exact; images.d435i with the camera's noise\n\n\
                   A missed target gives exit code 1. Suites of other parts, for developers: cargo xtask perf.\n\n\
                   Example:\n  orchard perf env --json env.json"
 )]
