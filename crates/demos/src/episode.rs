@@ -68,14 +68,14 @@ pub(crate) fn run(
     let mut steps = Steps::new(&policy.observation, policy.action.len());
     let mut images = Images::new(plan, key, policy.observation.len());
     let mut commands: Vec<Command> = Vec::new();
-    let Some(world) = env.truth(0) else { return Err(EnvError::NotStarted { env: 0 }.into()) };
+    let Some(world) = env.truth(0)? else { return Err(EnvError::NotStarted { env: 0 }.into()) };
     let tree_sha256 = sha256(json::write(world.skeleton()).as_bytes());
     let drawn = env.world(0).unwrap_or((key.seed, key.world));
     loop {
         if stop.load(Ordering::Relaxed) {
             return Ok(None);
         }
-        let frame = env.truth(0).map_or(0, |world| world.frame());
+        let frame = env.truth(0)?.map_or(0, |world| world.frame());
         images.take(&policy.observation, env.observation(0), frame, sink)?;
         steps.see(frame, env.observation(0), &images.paths);
         let Step { driven, phase, is_last } = take(env)?;

@@ -18,7 +18,7 @@ pub(crate) type Taken = Result<Step, EnvError>;
 
 /// Takes a step under a controller of the benchmark.
 pub(crate) fn take_under(env: &mut TaskEnv, controller: &mut dyn Controller, via: Via) -> Taken {
-    let now = env.truth(0).map_or(0.0, |world| world.sense().time);
+    let now = env.truth(0)?.map_or(0.0, |world| world.sense().time);
     let driven = env.drive(0, controller, via)?;
     let entered = controller.record().events.iter().rev().find_map(|event| match event {
         Event::StateChanged { time, state } if *time <= now => Some(serde_json::to_value(state)),

@@ -8,8 +8,15 @@ use rayon::prelude::*;
 
 use crate::error::EnvError;
 
-/// A world's frame: its lane, the world, its command.
-pub(crate) type Turn<'a> = (usize, &'a mut World, Command);
+/// A world's frame.
+#[cfg_attr(not(feature = "gpu"), expect(dead_code, reason = "only a device asks"))]
+pub(crate) struct Turn<'a> {
+    pub lane: usize,
+    pub world: &'a mut World,
+    pub command: Command,
+    /// False if wood and fruit may be behind the robot after it.
+    pub is_whole: bool,
+}
 
 /// Number of crews, our own choice: one is on the device while the processor, which is what is short, applies the rules of the other.
 #[cfg(feature = "gpu")]
@@ -126,7 +133,7 @@ impl Mover {
     pub fn begin(&mut self, crew: usize, turns: Vec<Turn<'_>>) -> Result<Option<Begun>, EnvError> {
         match self {
             Self::Cpu => {
-                turns.into_par_iter().for_each(|(_, world, command)| world.step(&command));
+                turns.into_par_iter().for_each(|turn| turn.world.step(&turn.command));
                 Ok(None)
             }
             #[cfg(feature = "gpu")]
@@ -150,6 +157,27 @@ impl Mover {
                 crews[crew].end(&mut turns, begun).map_err(|e| device(&e))
             }
             _ => Ok(()),
+        }
+    }
+
+    /// Brings wood and fruit of worlds that are behind up to their robots; a world is given with its lane.
+    ///
+    /// # Errors
+    /// The device was lost.
+    #[cfg_attr(not(feature = "gpu"), expect(unused_variables, clippy::unnecessary_wraps))]
+    pub fn catch_up(&mut self, worlds: Vec<(usize, &mut World)>) -> Result<(), EnvError> {
+        match self {
+            Self::Cpu => Ok(()),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(Device { crews, .. }) => {
+                let mut of_crews: Vec<Vec<(usize, &mut World)>> = crews.iter().map(|_| Vec::new()).collect();
+                for (lane, world) in worlds.into_iter().filter(|(_, world)| world.is_behind()) {
+                    let (crew, lane) = place(crews, lane);
+                    of_crews[crew].push((lane, world));
+                }
+                let mut each = crews.iter_mut().zip(&mut of_crews);
+                each.try_for_each(|(crew, worlds)| crew.catch_up(worlds)).map_err(|e| device(&e))
+            }
         }
     }
 
@@ -227,13 +255,17 @@ fn turns_of<'a>(
     crews: &[orchard_lockstep::Lockstep],
     turns: Vec<Turn<'a>>,
 ) -> Vec<orchard_lockstep::Turn<'a>> {
-    let of_crew =
-        |(lane, world, command)| orchard_lockstep::Turn { lane: place(crews, lane).1, world, command };
+    let of_crew = |Turn { lane, world, command, is_whole }| orchard_lockstep::Turn {
+        lane: place(crews, lane).1,
+        world,
+        command,
+        is_whole,
+    };
     turns.into_iter().map(of_crew).collect()
 }
 
 /// Turns of the worlds of one crew; `crews` has the crew of each world.
 fn of_crew<'a>(crew: usize, crews: &[usize], worlds: &'a mut [World], commands: &[Command]) -> Vec<Turn<'a>> {
     let all = worlds.iter_mut().zip(commands).enumerate().filter(|(lane, _)| crews[*lane] == crew);
-    all.map(|(lane, (world, command))| (lane, world, *command)).collect()
+    all.map(|(lane, (world, command))| Turn { lane, world, command: *command, is_whole: true }).collect()
 }

@@ -223,6 +223,16 @@ impl Slot {
         Some(Stepping { frames: 0, last_image, damage: Damage::default(), ending: None })
     }
 
+    /// True if task or observations look at wood or fruit after the next frame of a step.
+    pub fn looks_at_tree(&self, stepping: &Stepping, shared: &Shared) -> bool {
+        let Some((world, _)) = &self.running else { return false };
+        let next = stepping.frames + 1;
+        let pictures = shared.encoding.pictures();
+        stepping.last_image == Some(next)
+            || pictures.is_some_and(|request| request.is_due(world.frame() + 1))
+            || (shared.ends_with_tree() && next == shared.interface.policy.frames)
+    }
+
     /// The world, to move it.
     pub fn world_mut(&mut self) -> Option<&mut World> {
         self.running.as_mut().map(|(world, _)| world)
@@ -314,6 +324,11 @@ impl Slot {
 }
 
 impl Shared {
+    /// True if the rewards or observations of a step are told by wood or fruit at its end.
+    pub fn ends_with_tree(&self) -> bool {
+        self.interface.privileged || self.interface.task == Task::Harvest
+    }
+
     fn build(&self, seed: u64, index: u32) -> Result<World, EnvError> {
         self.scenario.world(seed, index, 0).map_err(|source| EnvError::World { world: index, source })
     }

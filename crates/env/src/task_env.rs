@@ -191,6 +191,11 @@ impl TaskEnv {
                 crew.begin(number, mover, shared)?;
             }
         }
+        if shared.ends_with_tree() {
+            // Those whose episode ended in the midst of the step.
+            let members = crews.iter_mut().flat_map(|crew| &mut crew.members);
+            mover.catch_up(members.filter_map(|of| Some((of.lane, of.slot.world_mut()?))).collect())?;
+        }
         crews.par_iter_mut().flat_map(|crew| &mut crew.members).for_each(|member| {
             member.slot.end_step(&member.stepping, shared);
             member.slot.keep(&member.motion);
@@ -227,7 +232,7 @@ impl TaskEnv {
     /// after an action. Its frames are computed on the CPU, whatever the backend is.
     ///
     /// # Errors
-    /// The environment has no episode, or it has ended.
+    /// The environment has no episode, or it has ended; the device was lost.
     ///
     /// # Panics
     /// There is no such environment.
@@ -237,18 +242,30 @@ impl TaskEnv {
         controller: &mut dyn Controller,
         via: Via,
     ) -> Result<Driven, EnvError> {
-        let slot = &mut self.slots[env];
-        slot.goes_on()?;
+        self.slots[env].goes_on()?;
+        self.catch_up(env..env + 1)?;
         self.mover.renew(env);
+        let slot = &mut self.slots[env];
         Ok(slot.drive(controller, via, &self.shared))
     }
 
-    /// The world of an environment, for truth and scoring; none before the first reset.
+    /// The world of an environment, for truth and scoring; none before the first reset. On a device its wood and fruit are read now if they are behind.
+    ///
+    /// # Errors
+    /// The device was lost.
     ///
     /// # Panics
     /// There is no such environment.
-    pub fn truth(&self, env: usize) -> Option<&World> {
-        self.slots[env].truth()
+    pub fn truth(&mut self, env: usize) -> Result<Option<&World>, EnvError> {
+        self.catch_up(env..env + 1)?;
+        Ok(self.slots[env].truth())
+    }
+
+    /// Brings wood and fruit of some environments up to their robots.
+    fn catch_up(&mut self, envs: Range<usize>) -> Result<(), EnvError> {
+        let Self { slots, mover, .. } = self;
+        let each = slots.iter_mut().enumerate().skip(envs.start).take(envs.len());
+        mover.catch_up(each.filter_map(|(lane, slot)| Some((lane, slot.world_mut()?))).collect())
     }
 
     /// The latest observation of an environment: an array for each field of [`orchard_policy::Interface::observation`]; none before the first reset.
@@ -278,8 +295,9 @@ impl TaskEnv {
     /// The state of every environment as bytes. On a device the environments go on from it as they do after [`Self::restore`].
     ///
     /// # Errors
-    /// An environment without an episode.
+    /// An environment without an episode; the device was lost.
     pub fn snapshot(&mut self) -> Result<Vec<Vec<u8>>, EnvError> {
+        self.catch_up(0..self.slots.len())?;
         (0..self.slots.len()).for_each(|lane| self.mover.renew(lane));
         self.slots.par_iter().map(|slot| slot.save(&self.shared)).collect()
     }

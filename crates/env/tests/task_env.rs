@@ -100,8 +100,10 @@ fn the_tool_is_told_where_it_is() {
         let size = env.interface().policy.action.len();
         for number in 0..3 {
             let at = env.interface().policy.observation.iter().position(|field| field.key == "tool_pose");
-            let Some(Values::F32(pose)) = at.map(|at| &env.observation(0)[at]) else { panic!("{robot}") };
-            let world = env.truth(0).unwrap();
+            let Some(Values::F32(pose)) = at.map(|at| env.observation(0)[at].clone()) else {
+                panic!("{robot}")
+            };
+            let world = env.truth(0).unwrap().unwrap();
             let truth = world.x_world_odom().inverse() * world.handle().x_world_tcp(world.data());
             let (p, q) = (truth.translation.vector, truth.rotation.coords);
             let p_error = (0..3).map(|k| (f64::from(pose[k]) - p[k]).abs()).fold(0.0, f64::max);

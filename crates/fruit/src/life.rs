@@ -303,6 +303,13 @@ impl Life {
         gave_way
     }
 
+    /// True if the fruit hangs, counts no frames over a limit, and has met nothing that is not told yet.
+    pub fn is_calm(&self) -> bool {
+        self.phase == Phase::Hanging
+            && [self.pull_frames, self.tension_frames] == [0; 2]
+            && self.struck.is_none()
+    }
+
     /// Takes the fruit off a stem that gave way in this frame: how, and the tension then \[N\].
     pub fn come_off(&mut self, p_world: &Vec3) -> Option<(Release, f64)> {
         let gave_way = self.stem.take_gave_way();

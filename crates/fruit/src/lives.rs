@@ -44,6 +44,16 @@ impl FruitLives {
         self.lives.iter().any(|life| life.phase != Phase::Hanging)
     }
 
+    /// True if all fruit hang, and none counts frames over a limit or has met something that is not told yet.
+    pub fn are_calm(&self) -> bool {
+        self.lives.iter().all(Life::is_calm)
+    }
+
+    /// Ends a frame in which all fruit hung and none came near a limit; `tension` is the largest of their stems' \[N\].
+    pub fn end_calm_frame(&mut self, tension: f64) {
+        (self.frame_peak, self.peak) = (0.0, tension);
+    }
+
     /// True if a fruit has touched the ground since it left its stem, or since it last lay in the bucket.
     pub fn has_dropped(&self, fruit: usize) -> bool {
         self.lives[fruit].dropped

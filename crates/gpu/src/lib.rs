@@ -85,7 +85,7 @@ pub use robots::RobotBatch;
 pub use schedule::{ScheduleError, WARPS};
 pub use solver::Solver;
 pub use table::{BaseError, BaseTree};
-pub use worlds::{ContactPoint, Fitted, Meeting, Tenant, WorldBatch};
+pub use worlds::{ContactPoint, Fitted, Meeting, News, Tenant, Wish, WorldBatch};
 
 /// Error: worlds cannot form a batch.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

@@ -18,7 +18,7 @@
 //!     together.enter(lane, world)?;
 //! }
 //! let command = scenario.robot().start_command();
-//! let turns = worlds.iter_mut().enumerate().map(|(lane, world)| Turn { lane, world, command });
+//! let turns = worlds.iter_mut().enumerate().map(|(lane, world)| Turn { lane, world, command, is_whole: true });
 //! together.step(&mut turns.collect::<Vec<_>>())?;
 //! # Ok(())
 //! # }

@@ -135,6 +135,7 @@ impl Crew {
                     lane: *lane,
                     world,
                     command: *command,
+                    is_whole: true,
                 });
                 lockstep.step(&mut turns.collect::<Vec<_>>())
             });

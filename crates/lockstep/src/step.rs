@@ -1,9 +1,9 @@
 //! A frame of all worlds.
 
-use orchard_gpu::{GpuError, Tenant, WorldBatch};
+use orchard_gpu::{GpuError, News, Tenant, Wish, WorldBatch};
 use orchard_multibody::ContactReport;
 use orchard_robot::Command;
-use orchard_world::{Lent, Moved, World};
+use orchard_world::{Calm, Lent, Moved, Outlook, World};
 use rayon::prelude::*;
 
 use crate::lane::{Lockstep, Occupant};
@@ -18,6 +18,8 @@ pub struct Turn<'a> {
     pub world: &'a mut World,
     /// Command of the frame.
     pub command: Command,
+    /// True if wood and fruit are needed after it; else they may be behind then ([`World::is_behind`]), until [`Lockstep::catch_up`].
+    pub is_whole: bool,
 }
 
 /// A frame under way.
@@ -52,7 +54,21 @@ impl Lockstep {
     /// No world has entered a lane.
     pub fn begin(&mut self, turns: &mut [Turn<'_>]) -> Result<Begun, GpuError> {
         let lanes = &self.lanes;
-        let places: Vec<Where> = turns.par_iter_mut().map(|turn| place_of(lanes, turn)).collect();
+        let outlooks: Vec<Outlook> =
+            turns.par_iter_mut().map(|turn| turn.world.outlook(&turn.command)).collect();
+        let places: Vec<Where> =
+            turns.iter().zip(&outlooks).map(|(turn, of)| place_of(lanes, turn, of)).collect();
+        let stays = |turn: &Turn<'_>, place: Where| {
+            let is_there = occupant(lanes, turn.lane).is_on_device && place == Where::Device;
+            !is_there && turn.world.is_behind()
+        };
+        let mut behind: Vec<(usize, &mut World)> = turns
+            .iter_mut()
+            .zip(&places)
+            .filter(|(turn, place)| stays(turn, **place))
+            .map(|(turn, _)| (turn.lane, &mut *turn.world))
+            .collect();
+        self.catch_up(&mut behind)?;
         self.exchange(turns, &places)?;
         let lent: Vec<Option<Lent>> = turns
             .par_iter_mut()
@@ -67,7 +83,14 @@ impl Lockstep {
         if lent.iter().any(Option::is_some) {
             self.pause_others(turns, &places);
             self.batch.advance(1);
-            self.batch.ask();
+            let mut wishes = vec![Wish::Nothing; self.lanes.len()];
+            for ((turn, lent), outlook) in turns.iter().zip(&lent).zip(&outlooks) {
+                if lent.is_some() {
+                    let is_whole = turn.is_whole || outlook.is_whole;
+                    wishes[turn.lane] = if is_whole { Wish::Whole } else { Wish::News };
+                }
+            }
+            self.batch.ask(&wishes);
         }
         // While the device is at work.
         turns.par_iter_mut().zip(&lent).filter(|(_, lent)| lent.is_none()).for_each(|(turn, _)| {
@@ -94,13 +117,42 @@ impl Lockstep {
             .collect();
         for ((turn, end), place) in turns.iter().zip(ends).zip(places) {
             self.tally.count(place);
-            if let (Some(End { impulse, faults }), Some(occupant)) = (end, &mut self.lanes[turn.lane]) {
+            if let (Some(End { impulse, faults, is_calm }), Some(occupant)) =
+                (end, &mut self.lanes[turn.lane])
+            {
+                self.tally.calm += u64::from(is_calm);
                 let [lost, unsolved] = [0, 1].map(|k| u64::from(faults[k] - occupant.faults[k]));
                 self.tally.contacts_lost += lost;
                 self.tally.contacts_unsolved += unsolved;
                 (occupant.impulse, occupant.faults) = (impulse, faults);
             }
         }
+        Ok(())
+    }
+
+    /// Brings wood and fruit of worlds that are behind up to their robots ([`World::is_behind`]); a world is given with its lane.
+    ///
+    /// # Errors
+    /// The device was lost.
+    ///
+    /// # Panics
+    /// A world that is behind has not entered the lane, or its frame is not over.
+    pub fn catch_up(&mut self, worlds: &mut [(usize, &mut World)]) -> Result<(), GpuError> {
+        let mut wishes = vec![Wish::Nothing; self.lanes.len()];
+        for (lane, _) in worlds.iter().filter(|(_, world)| world.is_behind()) {
+            wishes[*lane] = Wish::Whole;
+        }
+        if !wishes.contains(&Wish::Whole) {
+            return Ok(());
+        }
+        self.batch.ask(&wishes);
+        self.batch.fetch()?;
+        let batch = &self.batch;
+        worlds.par_iter_mut().filter(|(_, world)| world.is_behind()).for_each(|(lane, world)| {
+            world.catch_up(|model, data| {
+                batch.store_whole(*lane, model, data);
+            });
+        });
         Ok(())
     }
 
@@ -138,6 +190,7 @@ impl Lockstep {
                     model: turn.world.model(),
                     handle: turn.world.handle(),
                     data: turn.world.data(),
+                    start: turn.world.start(),
                     set_points: turn.world.set_points(),
                 })
             })
@@ -174,37 +227,50 @@ impl Lockstep {
 struct End {
     impulse: f64,
     faults: [u32; 2],
+    is_calm: bool,
 }
 
 fn occupant(lanes: &[Option<Occupant>], lane: usize) -> &Occupant {
     lanes[lane].as_ref().unwrap_or_else(|| panic!("no world has entered lane {lane}"))
 }
 
-fn place_of(lanes: &[Option<Occupant>], turn: &mut Turn<'_>) -> Where {
+fn place_of(lanes: &[Option<Occupant>], turn: &Turn<'_>, outlook: &Outlook) -> Where {
     if occupant(lanes, turn.lane).fitted.is_none() {
         return Where::TooLarge;
     }
-    turn.world.stays(&turn.command).map_or(Where::Device, Where::Here)
+    outlook.stays.map_or(Where::Device, Where::Here)
 }
 
 /// Ends a frame of a world by the motion that was read from the device.
 fn take_back(batch: &WorldBatch, occupant: &Occupant, turn: &mut Turn<'_>, lent: &Lent) -> End {
     let lane = turn.lane;
-    let meeting = batch.contacts(lane);
-    let impulse = f64::from(meeting.contact_impulse);
-    let contacts = meeting.contacts.iter().map(|contact| ContactReport {
-        a: occupant.of_tree[contact.tree],
-        b: occupant.of_robot[contact.robot],
-        p_world: contact.p_world,
-        n_world: contact.n_world,
-        gap: contact.gap,
-        force_world: contact.force_world,
+    let news @ News { lost, unsolved, .. } = batch.news(lane);
+    let impulse = f64::from(news.contact_impulse);
+    let end = End { impulse, faults: [lost, unsolved], is_calm: !news.is_whole };
+    let (impulse, peak_force) = (impulse - occupant.impulse, f64::from(news.peak_contact_force));
+    if end.is_calm {
+        turn.world.take_back_calm(|model, handle, data| Calm {
+            set_points: batch.store_driven(lane, model, handle, data),
+            impulse,
+            peak_force,
+            excess: f64::from(news.excess),
+            tension: f64::from(news.tension),
+        });
+        return end;
+    }
+    turn.world.take_back(lent, |model, handle, data| {
+        let set_points = batch.store_driven(lane, model, handle, data);
+        let meeting = batch.store_whole(lane, model, data).unwrap_or_default();
+        let contacts = meeting.contacts.iter().map(|contact| ContactReport {
+            a: occupant.of_tree[contact.tree],
+            b: occupant.of_robot[contact.robot],
+            p_world: contact.p_world,
+            n_world: contact.n_world,
+            gap: contact.gap,
+            force_world: contact.force_world,
+        });
+        let v_fruit_before = batch.fruit_before(lane).collect();
+        Moved { set_points, contacts: contacts.collect(), impulse, peak_force, v_fruit_before }
     });
-    turn.world.take_back(lent, |model, handle, data| Moved {
-        set_points: batch.store(lane, model, handle, data),
-        contacts: contacts.collect(),
-        impulse: impulse - occupant.impulse,
-        peak_force: f64::from(meeting.peak_contact_force),
-    });
-    End { impulse, faults: [meeting.lost, meeting.unsolved] }
+    end
 }

@@ -32,6 +32,9 @@ impl Where {
 pub struct Tally {
     /// Frames by the name of the place ([`Where::name`]).
     pub frames: BTreeMap<String, u64>,
+    /// Frames on the device after which only the robot was brought here ([`orchard_world::World::is_behind`]).
+    #[serde(default)]
+    pub calm: u64,
     /// Pairs of colliders, and contact points, for which the device had no room.
     pub contacts_lost: u64,
     /// Contact solves that did not converge on the device.
@@ -49,6 +52,7 @@ impl Tally {
         for (name, frames) in &others.frames {
             *self.frames.entry(name.clone()).or_default() += frames;
         }
+        self.calm += others.calm;
         self.contacts_lost += others.contacts_lost;
         self.contacts_unsolved += others.contacts_unsolved;
         self

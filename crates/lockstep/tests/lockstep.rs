@@ -36,7 +36,8 @@ fn command_at(frame: u32) -> Command {
 }
 
 fn step_all(together: &mut Lockstep, worlds: &mut [World], command: Command) {
-    let turns = worlds.iter_mut().enumerate().map(|(lane, world)| Turn { lane, world, command });
+    let turns =
+        worlds.iter_mut().enumerate().map(|(lane, world)| Turn { lane, world, command, is_whole: true });
     together.step(&mut turns.collect::<Vec<_>>()).unwrap();
 }
 
@@ -92,10 +93,13 @@ fn company_changes_no_bit() {
     for frame in 0..80 {
         let command = command_at(frame);
         // The frames of both are under way at once.
-        let mut alone = [Turn { lane: 0, world: &mut one, command }];
+        let mut alone = [Turn { lane: 0, world: &mut one, command, is_whole: true }];
         let of_one = few.begin(&mut alone).unwrap();
-        let mut turns: Vec<_> =
-            worlds.iter_mut().enumerate().map(|(lane, world)| Turn { lane, world, command }).collect();
+        let mut turns: Vec<_> = worlds
+            .iter_mut()
+            .enumerate()
+            .map(|(lane, world)| Turn { lane, world, command, is_whole: true })
+            .collect();
         let of_many = many.begin(&mut turns).unwrap();
         few.end(&mut alone, of_one).unwrap();
         many.end(&mut turns, of_many).unwrap();
@@ -107,6 +111,72 @@ fn company_changes_no_bit() {
     }
     assert!(one.wood_load().contact_impulse > 0.0, "it touched no wood");
     assert_eq!(one.state_digest(), worlds[2].state_digest());
+}
+
+/// Frames after which only the robot is brought back change nothing but the rounding of the load that the device tells.
+#[test]
+fn calm_frames_leave_the_tree_behind_and_change_nothing() {
+    let samples = worlds_of(Spec::paper(), 2);
+    let Some(mut whole) = together_of(&samples, 2) else { return };
+    let mut lazy = together_of(&samples, 2).unwrap();
+    let mut all = [samples.clone(), samples];
+    for (together, worlds) in [&mut whole, &mut lazy].into_iter().zip(&all) {
+        for (lane, world) in worlds.iter().enumerate() {
+            together.enter(lane, world).unwrap();
+        }
+    }
+    let [ahead, behind] = &mut all;
+    let (mut were_behind, mut touched) = (0, 0);
+    for frame in 0..120 {
+        // It drives into the tree, and back.
+        let mut command = command_at(frame.min(90));
+        if frame >= 70 {
+            command.base_velocity = [-0.8, 0.0, 0.0];
+        }
+        step_all(&mut whole, ahead, command);
+        let turns =
+            behind.iter_mut().enumerate().map(|(lane, world)| Turn { lane, world, command, is_whole: false });
+        lazy.step(&mut turns.collect::<Vec<_>>()).unwrap();
+        for (world, other) in ahead.iter_mut().zip(&mut *behind) {
+            assert!(!world.is_behind());
+            were_behind += u32::from(other.is_behind());
+            touched += u32::from(!world.report().contacts.is_empty());
+            assert_eq!(world.frame(), other.frame());
+            assert_eq!(robot_apart(world, other), 0.0, "frame {frame}");
+            assert_eq!(world.drain_events(), other.drain_events(), "frame {frame}");
+            let (load, told) = (world.wood_load(), other.wood_load());
+            assert_eq!(load.contact_impulse, told.contact_impulse);
+            assert_eq!(load.peak_contact_force, told.peak_contact_force);
+            assert!((load.peak_ratio - told.peak_ratio).abs() < 1e-6, "{load:?} {told:?}");
+            assert!((load.excess - told.excess).abs() < 1e-5, "frame {frame}: {load:?} {told:?}");
+            assert!((load.excess_integral - told.excess_integral).abs() < 1e-5, "{load:?} {told:?}");
+            let [tension, told] = [&*world, &*other].map(|world| world.fruit_lives().peak_tension());
+            assert!((tension - told).abs() < 1e-3 * tension.max(1.0), "frame {frame}: {tension} {told}");
+            for fruit in 0..world.fruit().len() {
+                assert_eq!(world.fruit_bruise(fruit), other.fruit_bruise(fruit), "frame {frame}");
+            }
+        }
+        if frame % 30 == 29 {
+            let mut given: Vec<_> = behind.iter_mut().enumerate().collect();
+            lazy.catch_up(&mut given).unwrap();
+            for (world, other) in ahead.iter().zip(&*behind) {
+                assert!(!other.is_behind());
+                assert_eq!(world.data().q, other.data().q, "frame {frame}");
+                assert_eq!(world.data().v, other.data().v, "frame {frame}");
+                assert_eq!(world.data().point_p_world, other.data().point_p_world, "frame {frame}");
+                assert_eq!(world.data().point_v_world, other.data().point_v_world, "frame {frame}");
+                let poses = |world: &World| {
+                    let bodies = world.model().body_ids();
+                    bodies.map(|body| *world.data().x_world_body(body)).collect::<Vec<_>>()
+                };
+                assert_eq!(poses(world), poses(other), "frame {frame}");
+            }
+        }
+    }
+    assert!(ahead.iter().any(|world| world.wood_load().contact_impulse > 0.0), "they touched no wood");
+    assert!(were_behind > 100 && touched > 20, "{were_behind} {touched}");
+    assert_eq!(u64::from(were_behind), lazy.tally().calm, "{:?}", lazy.tally());
+    assert_eq!(whole.tally().calm, 0);
 }
 
 /// A fruit that comes off takes its world from the device, until it lies still.

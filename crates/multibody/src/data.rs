@@ -246,6 +246,11 @@ pub fn forward_kinematics(model: &Model, data: &mut Data) {
     data.kinematics.update(model, &data.q, &data.v);
 }
 
+/// As [`forward_kinematics`], if no coordinates have changed since then but those of some bodies, listed with all that they bear, parents first.
+pub fn forward_kinematics_of(model: &Model, data: &mut Data, bodies: &[BodyId]) {
+    data.kinematics.update_only(model, &data.q, &data.v, bodies);
+}
+
 /// Positions and velocities of a world at one moment.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Motion {

@@ -4,7 +4,7 @@ use nalgebra::{Quaternion, Vector3};
 use orchard_geometry::{Pose, Rotation, Vec3, math};
 
 use crate::lanes::{Packed, Pair, Real, each, pack_rows};
-use crate::model::{JointKind, Model};
+use crate::model::{BodyId, JointKind, Model};
 use crate::rotation::{Turn, combine};
 use crate::schedule::Slot;
 use crate::spatial::Twist;
@@ -86,14 +86,7 @@ impl Kinematics {
         self.v.copy_from_slice(v);
         for slot in &model.schedule {
             match slot {
-                Slot::One([index]) => {
-                    let frame = joint_frame::<f64>(model, self, &[*index]);
-                    let (q_start, v_start) = (model.q_start[*index], model.v_start[*index]);
-                    let (q, v) = (&q[q_start..], &v[v_start..]);
-                    let motion =
-                        joint_motion(&model.bodies[*index].joint, &frame, q, v, &mut self.axes[v_start..]);
-                    place(model, self, &[*index], &motion);
-                }
+                Slot::One([index]) => self.update_one(model, q, v, *index),
                 Slot::Two(links) => {
                     let frame = joint_frame::<Pair>(model, self, links);
                     let q = pack_rows(each(links, |link| &q[model.q_start[link]..]));
@@ -107,6 +100,24 @@ impl Kinematics {
                 }
             }
         }
+    }
+
+    /// As [`Self::update`], where no coordinates have changed but those of some bodies, listed with all that they bear, parents first.
+    pub fn update_only(&mut self, model: &Model, q: &[f64], v: &[f64], bodies: &[BodyId]) {
+        for &id in bodies {
+            let (qs, dofs) = (model.qs(id), model.dofs(id));
+            self.q[qs.clone()].copy_from_slice(&q[qs]);
+            self.v[dofs.clone()].copy_from_slice(&v[dofs]);
+            self.update_one(model, q, v, id.index());
+        }
+    }
+
+    fn update_one(&mut self, model: &Model, q: &[f64], v: &[f64], index: usize) {
+        let frame = joint_frame::<f64>(model, self, &[index]);
+        let (q_start, v_start) = (model.q_start[index], model.v_start[index]);
+        let (q, v) = (&q[q_start..], &v[v_start..]);
+        let motion = joint_motion(&model.bodies[index].joint, &frame, q, v, &mut self.axes[v_start..]);
+        place(model, self, &[index], &motion);
     }
 
     fn parent<'a>(&'a self, model: &Model, index: usize) -> &'a Link {

@@ -68,7 +68,7 @@ mod velocity_products;
 
 pub use builder::{ModelBuilder, ModelError};
 pub use contact::{ContactPath, ContactReport, Gap, GapFinder, accept_overlaps};
-pub use data::{Data, Motion, forward_kinematics};
+pub use data::{Data, Motion, forward_kinematics, forward_kinematics_of};
 pub use energy::{Energy, energy};
 pub use jacobian::geometric_jacobian;
 pub use model::{

@@ -61,6 +61,11 @@ impl Rupture {
         self.debris[segment]
     }
 
+    /// True if no joint has broken or counts frames over its rupture moment.
+    pub fn is_calm(&self) -> bool {
+        self.breaks.is_empty() && self.frames_over.iter().all(|frames| *frames == 0)
+    }
+
     /// Largest |M| / M_max of any live joint so far.
     pub fn peak_ratio(&self) -> f64 {
         self.peak_ratio

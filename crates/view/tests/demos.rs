@@ -61,7 +61,7 @@ fn what_is_driven_is_kept_as_a_demonstration() {
     let mut env = TaskEnv::new(stage.scenario(), &Settings::of(Task::Harvest), 0..1).unwrap();
     env.reset(&[Some(1)], &[true]).unwrap();
     actions.chunks_exact(width).for_each(|action| env.step(action, &[true]).unwrap());
-    let world = env.truth(0).unwrap();
+    let world = env.truth(0).unwrap().unwrap();
     let there = world.handle().x_world_base(world.data()).translation.vector;
     let apart = there.iter().zip(base).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(apart < 0.01, "{apart} m");

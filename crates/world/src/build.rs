@@ -8,7 +8,7 @@ use crate::terrain::TerrainError;
 use crate::touch::{Part, parts};
 use orchard_fruit::{Fruit, FruitSet, Shapes};
 use orchard_geometry::{Aabb, Pose, Rotation, Vec3, math};
-use orchard_multibody::{Collider, Model, ModelBuilder, ModelError, Owner, StepSettings};
+use orchard_multibody::{Collider, Groups, Model, ModelBuilder, ModelError, Owner, StepSettings};
 use orchard_robot::{PartGroups, RobotHandle, RobotModel};
 use orchard_spec::{Purpose, Spec, Stream};
 use orchard_treegen::{Skeleton, TreegenError};
@@ -53,6 +53,8 @@ pub(crate) struct Parts {
     pub bounds: Vec<(Vec3, f64)>,
     pub x_world_odom: Pose,
     pub settings: StepSettings,
+    /// Groups of all colliders with tree and fruit taken out.
+    pub groups_alone: Vec<Groups>,
 }
 
 pub(crate) fn build(
@@ -116,6 +118,10 @@ pub(crate) fn build(
     let robot_colliders = (0..colliders.len()).filter(|&c| colliders[c].is_robot()).collect();
     let bounds = bounds(&model);
     let shapes = Shapes::new(model.colliders().iter().map(|c| &c.shape));
+    let mut groups_alone: Vec<Groups> = model.colliders().iter().map(|c| c.groups).collect();
+    for id in tree.colliders.iter().chain(&fruit.colliders) {
+        groups_alone[id.index()] = Groups::NONE;
+    }
     Ok(Parts {
         skeleton,
         ground,
@@ -132,6 +138,7 @@ pub(crate) fn build(
         bounds,
         x_world_odom,
         settings,
+        groups_alone,
     })
 }
 

@@ -96,6 +96,11 @@ impl Shutter {
     pub fn taken(self, frame: u32) -> Option<u32> {
         frame.checked_sub(self.latency).filter(|taken| taken.is_multiple_of(self.period))
     }
+
+    /// True if an image is taken in a frame that is delivered later.
+    pub fn keeps(self, frame: u32) -> bool {
+        self.latency > 0 && frame.is_multiple_of(self.period)
+    }
 }
 
 /// Frame and motion of a depth image: enough to draw it.
@@ -119,7 +124,7 @@ impl Flight {
         while self.0.front().is_some_and(|shot| due(shot) < frame) {
             old = self.0.pop_front();
         }
-        if shutter.latency > 0 && frame.is_multiple_of(shutter.period) {
+        if shutter.keeps(frame) {
             // Reuses the memory of an old one.
             let mut shot = old.unwrap_or_default();
             shot.frame = frame;

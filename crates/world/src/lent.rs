@@ -1,13 +1,14 @@
 //! Frames whose motion is computed elsewhere, on a graphics device.
 //!
 //! The world is lent for a frame: [`World::lend`] begins the frame, [`World::take_back`] ends it with the motion that came of it. All rules of a frame, sensors, ruptures, stems, events,
-//! loads, are applied here, as in [`World::step`]. What a device does not know is computed here: then [`World::stays`] tells why.
+//! loads, are applied here, as in [`World::step`]. What a device does not know is computed here: then [`World::outlook`] tells why.
+//! After a calm frame ([`World::take_back_calm`]) only the robot is brought here; wood and fruit follow when they are needed.
 
 use crate::World;
 use crate::event::Status;
 use orchard_fruit::Phase;
-use orchard_geometry::transform;
-use orchard_multibody::{ContactReport, Data, Groups, Model, Owner, forward_kinematics};
+use orchard_geometry::{Vec3, transform};
+use orchard_multibody::{ContactReport, Data, Model, Owner, forward_kinematics, forward_kinematics_of};
 use orchard_robot::{Command, RobotHandle, SetPoints};
 use orchard_spec::fault::FaultKind;
 use orchard_treephys::wind::Weather;
@@ -52,6 +53,17 @@ impl Stay {
     }
 }
 
+/// How soon the robot may touch something but tree and fruit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Nearness {
+    /// In the next frame.
+    Now,
+    /// In the one after it.
+    Soon,
+    /// Later, or never.
+    Far,
+}
+
 /// A frame under way elsewhere.
 #[derive(Debug, Clone, Copy)]
 pub struct Lent {
@@ -70,11 +82,48 @@ pub struct Moved {
     pub impulse: f64,
     /// Largest sum of its forces on live wood in a substep so far \[N\].
     pub peak_force: f64,
+    /// Velocity of each fruit before the frame [m/s, world], if the world was behind then.
+    pub v_fruit_before: Vec<Vec3>,
+}
+
+/// All that came of a calm frame besides the robot's motion.
+#[derive(Debug, Clone, Copy)]
+pub struct Calm {
+    /// Set points of the servos.
+    pub set_points: SetPoints,
+    /// Impulse of the robot on live wood in the frame [N s].
+    pub impulse: f64,
+    /// Largest sum of its forces on live wood in a substep so far \[N\].
+    pub peak_force: f64,
+    /// Excess of the wood's load at its end ([`WoodLoad::excess`](crate::WoodLoad::excess)).
+    pub excess: f64,
+    /// Largest tension of a stem then \[N\].
+    pub tension: f64,
+}
+
+/// Outlook on the next frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Outlook {
+    /// Reason for which it is computed here; `None` if it may be lent.
+    pub stays: Option<Stay>,
+    /// True if the motion of wood and fruit is needed at its end, whatever happens in it.
+    pub is_whole: bool,
 }
 
 impl World {
-    /// Tells why the next frame under a command is computed here; `None` if it may be lent.
-    pub fn stays(&mut self, command: &Command) -> Option<Stay> {
+    /// Tells where the next frame under a command can be computed, and if it may be calm.
+    pub fn outlook(&mut self, command: &Command) -> Outlook {
+        let nearness = self.nearness();
+        let stays = self.stays(command).or((nearness == Nearness::Now).then_some(Stay::Near));
+        let (spec, state) = (&*self.spec, &self.state);
+        let is_whole = nearness != Nearness::Far
+            || spec.fault.is_some()
+            || self.shutter.keeps(state.frame + 1)
+            || !state.is_calm();
+        Outlook { stays, is_whole }
+    }
+
+    fn stays(&mut self, command: &Command) -> Option<Stay> {
         let (spec, parts, state) = (&*self.spec, &*self.parts, &mut self.state);
         if state.status != Status::Running {
             return Some(Stay::Stopped);
@@ -93,14 +142,12 @@ impl World {
             }
         }
         let valve = state.commands.front().unwrap_or(command).vacuum;
-        if parts.handle.cup.is_some() && (valve > 0.0 || valve.is_nan() || state.suction.vacuum != 0.0) {
-            return Some(Stay::Cup);
-        }
-        self.is_near().then_some(Stay::Near)
+        let is_open = valve > 0.0 || valve.is_nan() || state.suction.vacuum != 0.0;
+        (parts.handle.cup.is_some() && is_open).then_some(Stay::Cup)
     }
 
-    /// True if the robot may touch something but tree and fruit within a frame.
-    fn is_near(&mut self) -> bool {
+    /// How soon the robot may touch something but tree and fruit.
+    fn nearness(&mut self) -> Nearness {
         let (spec, parts, state) = (&*self.spec, &*self.parts, &mut self.state);
         let (data, base) = (&state.data, parts.handle.base);
         let is_alone = parts.struts.is_empty();
@@ -118,13 +165,19 @@ impl World {
             }
             fastest = fastest.max(v_world.norm() + w_world.norm() * radius);
         }
-        // Two links may approach each other.
-        let margin = parts.settings.contact_margin + 2.0 * (FASTER * fastest * spec.sim.frame() + SLACK);
-        let mut groups = data.groups.clone();
-        for id in parts.tree.colliders.iter().chain(&parts.fruit.colliders) {
-            groups[id.index()] = Groups::NONE;
+        // Two links may approach each other. What the robot gains in speed grows with the square of the time.
+        let way = |frames: f64| {
+            let moved = FASTER * fastest * spec.sim.frame() * frames + SLACK * frames * frames;
+            parts.settings.contact_margin + 2.0 * moved
+        };
+        let mut is_near = |margin: f64| state.vicinity.any(&parts.model, data, &parts.groups_alone, margin);
+        if !is_near(way(2.0)) {
+            Nearness::Far
+        } else if is_near(way(1.0)) {
+            Nearness::Now
+        } else {
+            Nearness::Soon
         }
-        state.vicinity.any(&parts.model, data, &groups, margin)
     }
 
     /// Begins a frame elsewhere under a command.
@@ -138,8 +191,11 @@ impl World {
     /// Ends a frame that was lent. `write` writes coordinates, velocities, the motion of hanging fruit, and the servos' inputs of the last substep into the state.
     pub fn take_back(&mut self, lent: &Lent, write: impl FnOnce(&Model, &RobotHandle, &mut Data) -> Moved) {
         let (spec, parts, state) = (&*self.spec, &*self.parts, &mut self.state);
-        let Moved { set_points, contacts, impulse, peak_force } =
+        let Moved { set_points, contacts, impulse, peak_force, v_fruit_before } =
             write(&parts.model, &parts.handle, &mut state.data);
+        if std::mem::take(&mut state.is_behind) {
+            state.keep_fruit_velocities(v_fruit_before);
+        }
         state.servos.restore(&set_points);
         state.report.contacts = contacts;
         if state.data.is_finite() {
@@ -149,6 +205,39 @@ impl World {
         }
         state.finish(spec, parts, &self.start, lent.command.vacuum);
         self.end_of_frame();
+    }
+
+    /// Ends a frame that was lent and was calm: nothing broke or came off, no contact bore load at its end, no joint bore more than before. Wood and fruit stay behind ([`Self::is_behind`]). `write` writes coordinates and velocities of the robot
+    /// and the servos' inputs of the last substep into the state. The report of contacts is empty then, without the open ones.
+    pub fn take_back_calm(&mut self, write: impl FnOnce(&Model, &RobotHandle, &mut Data) -> Calm) {
+        let (spec, parts, state) = (&*self.spec, &*self.parts, &mut self.state);
+        let Calm { set_points, impulse, peak_force, excess, tension } =
+            write(&parts.model, &parts.handle, &mut state.data);
+        state.is_behind = true;
+        state.servos.restore(&set_points);
+        state.report.contacts.clear();
+        forward_kinematics_of(&parts.model, &mut state.data, &parts.handle.bodies);
+        state.load.add_frame(impulse, peak_force);
+        state.count_frame(parts);
+        state.load.end_calm_frame(excess, spec.sim.frame());
+        state.fruit.end_calm_frame(tension);
+        state.flight.end_frame(self.shutter, state.frame, &state.data);
+        if !state.is_robot_plausible(parts, spec.sim.plausible_extent.si()) {
+            self.judge_extent();
+        }
+    }
+
+    /// True while wood and fruit are those of an earlier frame than the robot, after calm frames ([`Self::take_back_calm`]). Until [`Self::catch_up`] the world cannot be stepped or saved, and tells no truth about them.
+    pub fn is_behind(&self) -> bool {
+        self.state.is_behind
+    }
+
+    /// Brings wood and fruit up to the robot: `write` writes their motion into the state.
+    pub fn catch_up(&mut self, write: impl FnOnce(&Model, &mut Data)) {
+        let (parts, state) = (&*self.parts, &mut self.state);
+        write(&parts.model, &mut state.data);
+        forward_kinematics(&parts.model, &mut state.data);
+        state.is_behind = false;
     }
 
     /// The wind of the world; `None` in still air.

@@ -38,7 +38,7 @@ pub use camera::{CameraTruth, Sight};
 pub use envelope::FORMAT_VERSION;
 pub use event::{Status, WorldEvent};
 pub use identity::Difference;
-pub use lent::{Lent, Moved, Stay};
+pub use lent::{Calm, Lent, Moved, Outlook, Stay};
 pub use load::WoodLoad;
 pub use orchard_fruit::Release;
 pub use planting::{Appearance, Planting, tree_scene};

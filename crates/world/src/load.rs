@@ -94,6 +94,16 @@ impl WoodLoad {
                 self.excess = self.excess.max(excess);
             }
         }
+        self.end_excess(frame);
+    }
+
+    /// Adds the bending of a frame of length `frame` \[s\] in which no joint bore more than the largest ratio so far, from the excess at its end.
+    pub(crate) fn end_calm_frame(&mut self, excess: f64, frame: f64) {
+        self.excess = excess;
+        self.end_excess(frame);
+    }
+
+    fn end_excess(&mut self, frame: f64) {
         self.peak_excess = self.peak_excess.max(self.excess);
         self.excess_integral += self.excess * frame;
     }

@@ -108,7 +108,9 @@ impl World {
             before: _,
             under: _,
             vicinity: _,
+            is_behind,
         } = &self.state;
+        assert!(!is_behind, "wood and fruit are behind the robot");
         let content = Content {
             identity: self.identity,
             data: data.state(),

@@ -57,8 +57,10 @@ pub(crate) struct State {
     pub odometry: Odometry,
     /// Commands on their way to the robot, oldest first.
     pub commands: VecDeque<Command>,
-    /// Scratch of [`World::stays`](crate::World::stays).
+    /// Scratch of [`World::outlook`](crate::World::outlook).
     pub vicinity: Vicinity,
+    /// True while wood and fruit are those of an earlier frame than the robot ([`World::is_behind`](crate::World::is_behind)).
+    pub is_behind: bool,
 }
 
 impl State {
@@ -95,6 +97,7 @@ impl State {
             odometry,
             commands,
             vicinity: Vicinity::default(),
+            is_behind: false,
         }
     }
 
@@ -126,15 +129,30 @@ impl State {
 
     /// Ends a frame after its motion; `start` is the state at the start of the episode, `valve` the commanded opening between pump and cup.
     pub fn finish(&mut self, spec: &Spec, parts: &Parts, start: &Data, valve: f64) {
-        self.frame += 1;
+        self.count_frame(parts);
         let Parts { tree, model, .. } = parts;
-        if let Some(sensing) = &parts.sensing {
-            let exact = parts.handle.base_joint.pose(model, &self.data);
-            sensing.travel(&mut self.odometry, exact, self.frame);
-        }
         // Before rupture: a joint that breaks now has borne this frame's moment.
         self.load.end_frame(tree, model, &self.data, start, &self.rupture, spec.sim.frame());
         self.end_frame(spec, parts, valve);
+    }
+
+    /// Counts a frame after its motion; the wheels measure their way.
+    pub fn count_frame(&mut self, parts: &Parts) {
+        self.frame += 1;
+        if let Some(sensing) = &parts.sensing {
+            let exact = parts.handle.base_joint.pose(&parts.model, &self.data);
+            sensing.travel(&mut self.odometry, exact, self.frame);
+        }
+    }
+
+    /// True if nothing happens to wood and fruit: nothing has broken or come off, is gripped or pressed, or counts frames over a limit.
+    pub fn is_calm(&self) -> bool {
+        let untouched = FruitTouch::default();
+        self.status == Status::Running
+            && self.touches.iter().all(|touch| *touch == untouched)
+            && !self.gripped.contains(&true)
+            && self.rupture.is_calm()
+            && self.fruit.are_calm()
     }
 
     /// `remaining`: what is left of the frame after it \[s\].
@@ -243,6 +261,18 @@ impl State {
                 self.events.push(WorldEvent::SealLost { fruit, frame });
             }
         }
+    }
+
+    /// False if a number of the robot is not finite, or one of its bodies is outside the plausible box.
+    pub fn is_robot_plausible(&self, parts: &Parts, extent: f64) -> bool {
+        let Self { data, .. } = self;
+        parts.handle.bodies.iter().all(|&body| {
+            let far = |x: &f64| !(x.abs() <= extent);
+            let finite = |numbers: &[f64]| numbers.iter().all(|x| x.is_finite());
+            finite(&data.q[parts.model.qs(body)])
+                && finite(&data.v[parts.model.dofs(body)])
+                && !data.x_world_body(body).translation.vector.iter().any(far)
+        })
     }
 
     /// Returns a description of the first part that is non-finite or outside the plausible box, if any.

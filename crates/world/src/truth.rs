@@ -19,6 +19,7 @@ pub struct FruitTruth {
 impl World {
     /// The truth about every fruit, by fruit index.
     pub fn fruit_truth(&self) -> Vec<FruitTruth> {
+        assert!(!self.is_behind(), "wood and fruit are behind the robot");
         let fruit = self.fruit();
         (0..fruit.len())
             .map(|i| FruitTruth {

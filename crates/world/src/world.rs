@@ -185,6 +185,7 @@ impl World {
         if self.state.status != Status::Running {
             return;
         }
+        assert!(!self.state.is_behind, "wood and fruit are behind the robot");
         let (spec, parts, state) = (&*self.spec, &*self.parts, &mut self.state);
         state.advance(spec, parts, &self.start, command);
         self.end_of_frame();
@@ -193,8 +194,14 @@ impl World {
     /// Keeps what the camera will show, and tests if the world is plausible.
     pub(crate) fn end_of_frame(&mut self) {
         self.drop_limb();
-        let (spec, parts, state) = (&*self.spec, &*self.parts, &mut self.state);
+        let state = &mut self.state;
         state.flight.end_frame(self.shutter, state.frame, &state.data);
+        self.judge_extent();
+    }
+
+    /// Stops the world if a number is not finite or a part has left the plausible box.
+    pub(crate) fn judge_extent(&mut self) {
+        let (spec, parts, state) = (&*self.spec, &*self.parts, &mut self.state);
         if let Some(reason) = state.implausible(&parts.model, spec.sim.plausible_extent.si()) {
             state.status = Status::Quarantined { frame: state.frame, reason };
         }
@@ -304,6 +311,7 @@ impl World {
 
     /// What the camera sees in a state.
     pub(crate) fn sight(&self, data: &Data, frame: u32) -> Sight {
+        assert!(!self.state.is_behind, "wood and fruit are behind the robot");
         let x_world_camera = self.parts.handle.x_world_camera(data);
         let Start { seed, world, .. } = self.identity.start;
         Sight {
@@ -434,7 +442,7 @@ impl World {
     }
 
     /// The state at the start of the episode.
-    pub(crate) fn start(&self) -> &Data {
+    pub fn start(&self) -> &Data {
         &self.start
     }
 

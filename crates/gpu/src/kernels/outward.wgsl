@@ -21,6 +21,12 @@ struct Tip {
 // Bits of a notice, and largest square of an angle over its limit's, that the tests of this thread's parts found in this frame.
 var<private> found_notice: u32;
 var<private> found_peak: f32;
+// In worlds with a robot also the largest excess and the largest tension (`layout::world`).
+var<private> found_excess: f32;
+var<private> found_tension: f32;
+
+// Share of a limit from which on it counts as strained, our own choice: the host, which counts frames over the limit in f64, must not find more than that.
+const NEARLY: f32 = 0.999;
 
 // Result of the elimination of a joint, as the inward pass has stored it (`layout::work`).
 struct Eliminated {
@@ -46,7 +52,8 @@ struct Ahead {
     eliminated: Eliminated,
     operation: vec4u,
     bits: u32,
-    limit: f32,
+    // Square of the angle that breaks the joint, and its bending over that at the start (`link.START`).
+    limit: vec2f,
     // Where the air acts anew: the sail of the link and the air there, and the sail of the row after it, which tells the place of its air.
     sail: vec4f,
     air: vec4f,
@@ -60,7 +67,7 @@ fn first_ahead(start: u32, end: u32, mode: u32, presses: bool, winds: u32) -> Ah
     var ahead: Ahead;
     ahead.hinge = hinge_of(awaited(link(own, LINK_DIRECTION)), awaited(link(own, LINK_Q)));
     if mode == TEST {
-        ahead.limit = awaited(link(own, LINK_LIMIT)).x;
+        ahead.limit = awaited(link(own, LINK_LIMIT)).xw;
     }
     ahead.eliminated = eliminated_of(
         awaited(quad(left, WORK_G_1N)),
@@ -85,7 +92,7 @@ fn read_ahead(row: u32, end: u32, mode: u32, presses: bool, winds: u32, last: Ah
     var ahead = last;
     ahead.hinge = read_hinge(link_at(next));
     if mode == TEST {
-        ahead.limit = link(link_at(next), LINK_LIMIT).x;
+        ahead.limit = link(link_at(next), LINK_LIMIT).xw;
     }
     ahead.eliminated = read_eliminated(work_at(next));
     ahead.operation = operations[operation_at(next)];
@@ -274,7 +281,8 @@ fn kinematics(own: Hinge, parent: Motion) -> Motion {
 }
 
 // Counts frames over the limit of an unbroken joint, and tests that its numbers are finite.
-fn test_joint(row: u32, bits: u32, own: Hinge, limit: f32) {
+fn test_joint(row: u32, bits: u32, own: Hinge, limits: vec2f) {
+    let limit = limits.x;
     let bend = dot(own.q, own.q);
     if !(is_finite(bend) && is_finite(dot(own.v, own.v))) {
         found_notice |= NOTICE_NON_FINITE;
@@ -283,6 +291,12 @@ fn test_joint(row: u32, bits: u32, own: Hinge, limit: f32) {
         return;
     }
     found_peak = max(found_peak, bend / limit);
+    if TOUCHES {
+        found_excess = max(found_excess, sqrt(bend / limit) - limits.y);
+        if bend > NEARLY * limit {
+            found_notice |= NOTICE_STRAINED;
+        }
+    }
     let frames = bits & STATE_FRAMES_OVER;
     let over = select(0u, min(frames + 1u, STATE_FRAMES_OVER), bend > limit);
     if over >= rules.rupture_frames {
@@ -302,6 +316,12 @@ fn test_stem(at: u32, stem: Stem, stretch: f32) {
         let longest = rules.tension_factor * stem.threshold / stem.stiffness;
         let tension = select(0u, min((stem.frames_over & 0xffu) + 1u, 0xffu), stretch > longest * longest);
         let is_pulled = dot(stem.force, stem.force) > stem.threshold * stem.threshold;
+        if TOUCHES {
+            found_tension = max(found_tension, sqrt(stretch) * stem.stiffness);
+            if stretch > NEARLY * longest * longest || is_pulled {
+                found_notice |= NOTICE_STRAINED;
+            }
+        }
         let pull = select(0u, min(((stem.frames_over >> 8u) & 0xffu) + 1u, 0xffu), is_pulled);
         set_fruit(at, FRUIT_FORCE, vec4f(stem.force, bitcast<f32>(tension | (pull << 8u))));
         if tension >= rules.tension_frames || pull >= rules.pull_frames {

@@ -29,6 +29,8 @@ fn substep_outward(@builtin(workgroup_id) group: vec3u, @builtin(local_invocatio
     let warp = thread / LANES;
     found_notice = 0u;
     found_peak = 0.0;
+    found_excess = 0.0;
+    found_tension = 0.0;
     for (var level = 0u; level <= LEVELS; level++) {
         if runs && (level > 0u || warp == 0u) {
             outward(part_of(level, warp), select(ADVANCE, TEST, is_last));
@@ -36,7 +38,30 @@ fn substep_outward(@builtin(workgroup_id) group: vec3u, @builtin(local_invocatio
         storageBarrier();
     }
     if is_last {
+        let peak_before = world(WORLD_PEAK);
         conclude(thread, runs);
+        conclude_strain(thread, runs, peak_before);
+    }
+}
+
+// Stores what the parts of a world have found of its strain. The tension, which is not negative, has the order of its bits.
+fn conclude_strain(thread: u32, runs: bool, peak_before: f32) {
+    workgroupBarrier();
+    notices[thread] = bitcast<u32>(found_tension);
+    peaks[thread] = found_excess;
+    workgroupBarrier();
+    if thread < LANES && runs {
+        var tension = 0u;
+        var excess = 0.0;
+        for (var k = 0u; k < TEAM; k++) {
+            tension = max(tension, notices[k * LANES + lane]);
+            excess = max(excess, peaks[k * LANES + lane]);
+        }
+        set_world(WORLD_TENSION, bitcast<f32>(tension));
+        set_world(WORLD_EXCESS, excess);
+        if world(WORLD_PEAK) > peak_before {
+            set_world(WORLD_NOTICE, bitcast<f32>(bitcast<u32>(world(WORLD_NOTICE)) | NOTICE_PEAKED));
+        }
     }
 }
 

@@ -23,6 +23,8 @@ fields! {
         FRICTION = 10,
         /// Broken joint: rate a substep ago [rad/s].
         LAST_RATE = 11,
+        /// In lanes, where no joint breaks on the device, in the place of [`Self::LAST_RATE`]: bending over its limit at the start of the episode.
+        START = 11,
         /// Angles [rad] (2).
         Q = 12,
         /// Rates [rad/s] (2).
@@ -267,8 +269,12 @@ fields! {
         DAMPING_TIME = 12,
         /// Frame before the first one of its wind, as bits; it may be negative.
         BEGAN = 13,
+        /// In worlds with a robot, of the latest frame: largest bending of a joint over its limit, less what it was at the start; 0 where no joint bends more than then.
+        EXCESS = 14,
+        /// In worlds with a robot, of the latest frame: largest tension of a stem [N].
+        TENSION = 15,
         /// Number of fields.
-        FIELDS = 14,
+        FIELDS = 16,
     }
     /// Bits of [`world::NOTICE`].
     notice {
@@ -280,6 +286,10 @@ fields! {
         DETACHES = 4,
         /// A number is not finite.
         NON_FINITE = 8,
+        /// In worlds with a robot: a joint or a stem is at its limit, or nearly so.
+        STRAINED = 16,
+        /// In worlds with a robot: [`world::PEAK`] has risen.
+        PEAKED = 32,
     }
     /// Header of a tile: its places in the buffers, in whole numbers. Tiles of one block differ only in the rows of their parts; each has its worlds in other lanes.
     tile {

@@ -182,4 +182,38 @@ fields! {
         /// Number of fields.
         FIELDS = 12,
     }
+    /// Head of the table of what is asked of lanes. For each lane a [`wish`] follows, then for each lane the quads of the angles and rates of its links, then those of place and velocity of its fruit, two by two.
+    asked {
+        /// Number of lanes.
+        LANES = 0,
+        /// Room for links, and for fruit, of a lane.
+        LINKS = 1,
+        FRUIT = 2,
+        /// Number of fields.
+        FIELDS = 4,
+    }
+    /// Wish about a lane.
+    wish {
+        /// Nothing is asked.
+        NOTHING = 0,
+        /// What happened; the motion of its tree only if something did.
+        NEWS = 1,
+        /// All.
+        WHOLE = 2,
+    }
+    /// Told about a lane after a frame. Behind those of all lanes are the velocities of their fruit a frame ago, then slots: motion of links and of fruit, the beginning of the record of contacts, velocities of the fruit a frame ago.
+    told {
+        /// Slot with the motion of its tree, as bits; all set if there is none.
+        SLOT = 0,
+        /// Numbers of [`meeting`]: lost, unsolved, impulse, peak.
+        LOST = 1,
+        UNSOLVED = 2,
+        IMPULSE = 3,
+        PEAK = 4,
+        /// Numbers of [`super::world`]: excess and tension.
+        EXCESS = 5,
+        TENSION = 6,
+        /// Number of fields.
+        FIELDS = 8,
+    }
 }

@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-use orchard_batch::TreeWorld;
+use orchard_batch::{Plant, TreeWorld};
+use orchard_multibody::Data;
 
 use super::rows::rows_of;
 use super::{Memory, Place, fruit_rows, topologies};
@@ -225,6 +226,17 @@ impl Memory {
             self.worlds[at] = f32::from_bits(count as u32);
         }
         [links, fruit]
+    }
+
+    /// Sets how far the joints of a world in a lane were bent at the start of its episode: |M| / M_max there.
+    pub fn set_starts(&mut self, index: usize, plant: &Plant, start: &Data) {
+        let Place { tile: number, lane, rows, .. } = self.places[index].clone();
+        for (segment, &row) in rows.iter().enumerate() {
+            let bend = plant.tree.bending_angle(&plant.model, start, segment);
+            let at = self.link_at(number, row, link::START, lane);
+            self.links[at] =
+                (plant.tree.stiffness[segment] * bend / plant.tree.rupture_moment[segment]) as f32;
+        }
     }
 
     /// Quad of angles and rates of a link.

@@ -8,7 +8,8 @@ use orchard_multibody::{Data, Model};
 use orchard_robot::{RobotHandle, RobotModel, SetPoints};
 
 use super::meeting::Meeting;
-use super::quads::{Gathered, NOWHERE, scatter};
+use super::quads::{Gathered, scatter};
+use super::told::{News, Told, Wish};
 use super::{WorldBatch, check};
 use crate::BatchError;
 use crate::device::{Gpu, GpuError};
@@ -44,23 +45,23 @@ pub struct Tenant<'a> {
     pub handle: &'a RobotHandle,
     /// The present state.
     pub data: &'a Data,
+    /// The state at the start of the episode, by which loads of the wood are counted.
+    pub start: &'a Data,
     /// Set points of the robot's servos.
     pub set_points: &'a SetPoints,
 }
 
-/// Quads that are read from the device after every frame, by section and lane: angles and rates of the links; places and velocities of the fruit, two quads each; beginnings of the
-/// records of contacts; servos, then losses, of the robots' joints; states of the robots.
+/// What is read from the device after every frame: of all robots, by section and lane, servos, then losses, of the joints, and the states; of the trees what is told.
 #[derive(Debug)]
-pub(super) struct Read(Gathered);
+pub(super) struct Read {
+    robots: Gathered,
+    trees: Told,
+}
 
-const LINKS: usize = 0;
-const FRUIT: usize = 1;
-const RECORDS: usize = 2;
-const DRIVES: usize = 3;
-const ROBOTS: usize = 4;
+const DRIVES: usize = 0;
+const ROBOTS: usize = 1;
 
-/// Quads of a lane in the last three sections.
-const RECORD: usize = Meeting::NUMBERS / QUAD;
+/// Quads of a lane in these sections.
 const DRIVE: usize = 2 * robot::DOFS;
 const ROBOT: usize = robot::FIELDS / QUAD;
 
@@ -79,25 +80,13 @@ impl WorldBatch {
     ) -> Result<Self, GpuError> {
         let trees = vec![sample.clone(); lanes];
         let starts = vec![Pose::identity(); lanes];
-        let [links, fruit] = [room.links(), 2 * room.fruit()].map(|each| lanes * each);
+        let each = [room.links(), room.fruit()];
         let mut batch = Self::in_room(gpu, &trees, robot, &starts, room)?;
         let (of_trees, meetings) = (&batch.trees.buffers, &batch.buffers.meetings);
-        let read = Gathered::new(
-            gpu,
-            &[
-                (&of_trees.links, links),
-                (&of_trees.fruit, fruit),
-                (meetings, lanes * RECORD),
-                (meetings, lanes * DRIVE),
-                (&batch.robots.buffers.robots, lanes * ROBOT),
-            ],
-        );
-        let (table, quads) = (&batch.table, |range: std::ops::Range<usize>| range.map(|quad| quad as u32));
-        let records = (0..lanes).flat_map(|lane| {
-            let first = (table.records + lane * table.record) / QUAD;
-            quads(first..first + RECORD)
-        });
-        read.set_places(gpu, RECORDS, 0, &records.collect::<Vec<_>>());
+        let sections = [(meetings, lanes * DRIVE), (&batch.robots.buffers.robots, lanes * ROBOT)];
+        let read = Gathered::new(gpu, &sections);
+        let told = [&batch.buffers.tables, meetings, &of_trees.worlds, &of_trees.links, &of_trees.fruit];
+        let trees = Told::new(gpu, lanes, each, told)?;
         let drives = (0..lanes).flat_map(|lane| {
             let fields = (0..DRIVE).map(|k| system::SERVO + QUAD * k);
             fields.map(move |field| (row_place(lane, field, system::FIELDS) / QUAD) as u32)
@@ -105,7 +94,7 @@ impl WorldBatch {
         read.set_places(gpu, DRIVES, 0, &drives.collect::<Vec<_>>());
         let robots = (0..lanes).flat_map(RobotBatch::quad_places);
         read.set_places(gpu, ROBOTS, 0, &robots.collect::<Vec<_>>());
-        batch.read = Some(Read(read));
+        batch.read = Some(Read { robots: read, trees });
         batch.judges = false;
         (0..lanes).for_each(|lane| batch.retire(lane));
         Ok(batch)
@@ -137,6 +126,7 @@ impl WorldBatch {
             self.trees.change(&lanes, |memory| {
                 for tenant in &new {
                     memory.plant(tenant.lane, tenant.tree, &tenant.fitted.0);
+                    memory.set_starts(tenant.lane, tenant.tree.plant(), tenant.start);
                 }
             })?;
             for tenant in &new {
@@ -172,13 +162,8 @@ impl WorldBatch {
         let (at, count) = self.table.plant(&self.trees.memory, lane, tree.plant(), x_world_odom);
         let words = bytemuck::cast_slice(&self.table.words[at..at + count]);
         self.gpu.queue.write_buffer(&self.buffers.tables, 4 * at as u64, words);
-        let Some(read) = &self.read else { return };
-        let [links, fruit] = self.trees.memory.motion_quads(lane);
-        for (section, mut places, each) in
-            [(LINKS, links, self.room.links()), (FRUIT, fruit, 2 * self.room.fruit())]
-        {
-            places.resize(each, NOWHERE);
-            read.0.set_places(&self.gpu, section, lane * each, &places);
+        if let Some(read) = &self.read {
+            read.trees.set_places(&self.gpu, lane, self.trees.memory.motion_quads(lane));
         }
     }
 
@@ -187,47 +172,46 @@ impl WorldBatch {
         self.trees.stop(lane, NEVER_RAN);
     }
 
-    /// Submits the reading of the motion of all lanes, behind the frames submitted so far.
-    pub fn ask(&mut self) {
-        if let Some(Read(read)) = &mut self.read {
-            read.ask(&self.gpu);
+    /// Submits the reading of the robots of all lanes, and questions about their trees, one a lane, behind the frames submitted so far.
+    ///
+    /// # Panics
+    /// There is not one wish a lane.
+    pub fn ask(&mut self, wishes: &[Wish]) {
+        if let Some(Read { robots, trees }) = &mut self.read {
+            robots.ask(&self.gpu);
+            trees.ask(&self.gpu, wishes);
         }
     }
 
-    /// Waits for the reading that [`Self::ask`] submitted; frames of other batches that were submitted behind it go on.
+    /// Waits for the answers to [`Self::ask`]; frames of other batches that were submitted behind it go on.
     ///
     /// # Errors
     /// The device was lost.
     pub fn fetch(&mut self) -> Result<(), GpuError> {
-        let Some(Read(read)) = &mut self.read else { return Ok(()) };
-        read.fetch(&self.gpu)?;
-        self.robots.take_quads(read.section(ROBOTS));
+        let Some(Read { robots, trees }) = &mut self.read else { return Ok(()) };
+        robots.fetch(&self.gpu)?;
+        trees.fetch(&self.gpu)?;
+        self.robots.take_quads(robots.section(ROBOTS));
         Ok(())
     }
 
-    /// Writes the motion that [`Self::fetch`] read, of the wood, of the fruit that hang in `data` and of the robot, with the efforts of its servos, into the state of the model from which a lane's world came. Returns the set points of its servos.
-    pub fn store(&self, lane: usize, model: &Model, handle: &RobotHandle, data: &mut Data) -> SetPoints {
+    /// News of a lane that [`Self::fetch`] read, if something was asked about it.
+    pub fn news(&self, lane: usize) -> News {
+        self.read.as_ref().map(|read| read.trees.news(lane)).unwrap_or_default()
+    }
+
+    /// Writes the motion of a lane's robot that [`Self::fetch`] read, with the efforts of its servos, into the state of the model from which its world came. Returns the set points of its servos.
+    pub fn store_driven(
+        &self,
+        lane: usize,
+        model: &Model,
+        handle: &RobotHandle,
+        data: &mut Data,
+    ) -> SetPoints {
         self.robots.store_fetched(lane, model, handle, data);
-        let Some(Read(read)) = &self.read else { return self.robots.set_points(lane, handle) };
-        let plant = &self.trees.plants[lane];
-        let links = &read.section(LINKS)[lane * self.room.links()..];
-        for (&id, motion) in plant.tree.bodies.iter().zip(links) {
-            let (dof, q) = (model.dofs(id).start, model.qs(id).start);
-            for k in 0..2 {
-                data.q[q + k] = f64::from(motion[k]);
-                data.v[dof + k] = f64::from(motion[2 + k]);
-            }
-        }
-        let fruit = read.section(FRUIT)[lane * 2 * self.room.fruit()..].chunks_exact(2);
-        for (id, motion) in plant.fruit.points.iter().zip(fruit) {
-            let at = id.index();
-            if data.tethered[at] {
-                data.point_p_world[at] = Vec3::from_fn(|k, _| f64::from(motion[0][k]));
-                data.point_v_world[at] = Vec3::from_fn(|k, _| f64::from(motion[1][k]));
-            }
-        }
+        let Some(read) = &self.read else { return self.robots.set_points(lane, handle) };
         let own = &self.robots.alone.model;
-        let (servos, losses) = read.section(DRIVES)[lane * DRIVE..][..DRIVE].split_at(robot::DOFS);
+        let (servos, losses) = read.robots.section(DRIVES)[lane * DRIVE..][..DRIVE].split_at(robot::DOFS);
         for (id, &body) in own.body_ids().zip(&handle.bodies) {
             for (dof, to) in own.dofs(id).zip(model.dofs(body)) {
                 let [servo, loss] = [servos[dof], losses[dof]].map(|quad| quad.map(f64::from));
@@ -240,10 +224,32 @@ impl WorldBatch {
         self.robots.set_points(lane, handle)
     }
 
-    /// Contacts of a lane's world that [`Self::fetch`] read. Counts and loads are those since the world came.
-    pub fn contacts(&self, lane: usize) -> Meeting {
-        let Some(Read(read)) = &self.read else { return Meeting::default() };
-        let quads = &read.section(RECORDS)[lane * RECORD..(lane + 1) * RECORD];
-        Meeting::of(quads.as_flattened(), self.trees.memory.rules.h)
+    /// Writes the motion of a lane's tree that [`Self::fetch`] read, of the wood and of the fruit that hang in `data`, into the state of its model. Returns its contacts, with counts and loads since the world came; `None` if the motion was not read.
+    pub fn store_whole(&self, lane: usize, model: &Model, data: &mut Data) -> Option<Meeting> {
+        let whole = self.read.as_ref()?.trees.whole(lane)?;
+        let plant = &self.trees.plants[lane];
+        for (&id, motion) in plant.tree.bodies.iter().zip(whole.links) {
+            let (dof, q) = (model.dofs(id).start, model.qs(id).start);
+            for k in 0..2 {
+                data.q[q + k] = f64::from(motion[k]);
+                data.v[dof + k] = f64::from(motion[2 + k]);
+            }
+        }
+        let vector = |quad: &[f32; QUAD]| Vec3::from_fn(|k, _| f64::from(quad[k]));
+        for (id, motion) in plant.fruit.points.iter().zip(whole.fruit.chunks_exact(2)) {
+            let at = id.index();
+            if data.tethered[at] {
+                data.point_p_world[at] = vector(&motion[0]);
+                data.point_v_world[at] = vector(&motion[1]);
+            }
+        }
+        Some(Meeting::of(whole.record.as_flattened(), self.trees.memory.rules.h))
+    }
+
+    /// Velocities of the fruit of a lane a frame before those of [`Self::store_whole`] [m/s, world]; none if the motion was not read.
+    pub fn fruit_before(&self, lane: usize) -> impl Iterator<Item = Vec3> {
+        let whole = self.read.as_ref().and_then(|read| read.trees.whole(lane));
+        let before = whole.map_or(&[][..], |whole| whole.before);
+        before.iter().map(|quad| Vec3::from_fn(|k, _| f64::from(quad[k])))
     }
 }

@@ -6,6 +6,7 @@ mod meeting;
 pub(crate) mod pipelines;
 mod quads;
 mod table;
+mod told;
 
 use orchard_batch::{BatchEvent, Plant, Status, TreeWorld};
 use orchard_geometry::{Pose, Vec3};
@@ -28,6 +29,7 @@ pub use lanes::{Fitted, Tenant};
 pub use meeting::{ContactPoint, Meeting};
 use pipelines::WorldPass;
 use table::WorldTable;
+pub use told::{News, Wish};
 
 /// Largest tilt of an odom frame: its z axis is as near to the vertical as rounding allows.
 const UPRIGHT: f64 = 1e-9;

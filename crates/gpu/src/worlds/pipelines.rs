@@ -46,13 +46,16 @@ impl WorldPipelines {
     }
 }
 
-/// Compiled kernels that move quads.
+/// Compiled kernels that move quads between device and host.
 #[derive(Debug)]
 pub(crate) struct QuadPipelines {
     pub gather: ComputePipeline,
     pub scatter: ComputePipeline,
     /// Layout of their bindings: places, quads, packed quads.
     pub bindings: wgpu::BindGroupLayout,
+    pub tell: ComputePipeline,
+    /// Layout of its bindings, in the order of `kernels/tell.wgsl`.
+    pub tell_bindings: wgpu::BindGroupLayout,
 }
 
 impl QuadPipelines {
@@ -62,10 +65,15 @@ impl QuadPipelines {
         let written = (BufferBindingType::Storage { read_only: false }, false);
         let source = include_str!("../kernels/quads.wgsl").to_owned();
         let kernels = Kernels::new(device, "quads", source, &[read, written, written]);
+        let telling = crate::layout::wgsl() + include_str!("../kernels/tell.wgsl");
+        let telling =
+            Kernels::new(device, "tell", telling, &[read, read, read, read, read, read, written, written]);
         Self {
             gather: kernels.pipeline("gather", &[]),
             scatter: kernels.pipeline("scatter", &[]),
             bindings: kernels.bindings,
+            tell: telling.pipeline("tell", &[]),
+            tell_bindings: telling.bindings,
         }
     }
 }

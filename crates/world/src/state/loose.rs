@@ -258,6 +258,11 @@ impl State {
         loose.fruit_before.extend(parts.fruit.points.iter().map(|p| data.point_v_world[p.index()]));
     }
 
+    /// Stores the velocities of the fruit before a frame, where those of the state are of an earlier one.
+    pub(crate) fn keep_fruit_velocities(&mut self, v_world: Vec<Vec3>) {
+        self.loose.fruit_before = v_world;
+    }
+
     /// Moves free fruit after a substep of the model, and notes the contacts of every fruit.
     pub(crate) fn step_loose(&mut self, parts: &Parts) {
         let State { data, fruit: lives, loose, touched, .. } = self;
