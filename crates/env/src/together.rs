@@ -58,7 +58,7 @@ impl Crew<'_> {
 
     /// Frame of every step that goes on.
     fn turns(&mut self, shared: &Shared) -> Vec<Turn<'_>> {
-        let turns = self.members.iter_mut().filter_map(|Member { lane, slot, motion, stepping }| {
+        let turns = self.members.par_iter_mut().filter_map(|Member { lane, slot, motion, stepping }| {
             let frame = stepping.next_frame(shared)?;
             let is_whole = slot.looks_at_tree(stepping, shared);
             Some(Turn { lane: *lane, world: slot.world_mut()?, command: motion.command(frame), is_whole })

@@ -26,9 +26,18 @@ pub struct Turn<'a> {
 #[derive(Debug)]
 #[must_use = "a frame that was begun is to be ended"]
 pub struct Begun {
-    places: Vec<Where>,
-    /// Those that the device moves.
-    lent: Vec<Option<Lent>>,
+    starts: Vec<Start>,
+}
+
+/// Start of a world's frame.
+#[derive(Debug)]
+struct Start {
+    place: Where,
+    wish: Wish,
+    /// The frame, if the device computes it.
+    lent: Option<Lent>,
+    /// True if wood and fruit must catch up before: the world comes to the device, or leaves it.
+    is_late: bool,
 }
 
 impl Lockstep {
@@ -54,49 +63,33 @@ impl Lockstep {
     /// No world has entered a lane.
     pub fn begin(&mut self, turns: &mut [Turn<'_>]) -> Result<Begun, GpuError> {
         let lanes = &self.lanes;
-        let outlooks: Vec<Outlook> =
-            turns.par_iter_mut().map(|turn| turn.world.outlook(&turn.command)).collect();
-        let places: Vec<Where> =
-            turns.iter().zip(&outlooks).map(|(turn, of)| place_of(lanes, turn, of)).collect();
-        let stays = |turn: &Turn<'_>, place: Where| {
-            let is_there = occupant(lanes, turn.lane).is_on_device && place == Where::Device;
-            !is_there && turn.world.is_behind()
-        };
-        let mut behind: Vec<(usize, &mut World)> = turns
-            .iter_mut()
-            .zip(&places)
-            .filter(|(turn, place)| stays(turn, **place))
-            .map(|(turn, _)| (turn.lane, &mut *turn.world))
-            .collect();
-        self.catch_up(&mut behind)?;
-        self.exchange(turns, &places)?;
-        let lent: Vec<Option<Lent>> = turns
-            .par_iter_mut()
-            .zip(&places)
-            .map(|(turn, place)| (*place == Where::Device).then(|| turn.world.lend(&turn.command)))
-            .collect();
-        for (turn, lent) in turns.iter().zip(&lent) {
-            if let Some(lent) = lent {
-                self.batch.command(turn.lane, &lent.command)?;
+        let mut starts: Vec<Start> = turns.par_iter_mut().map(|turn| start_of(lanes, turn)).collect();
+        let late = turns.iter_mut().zip(&starts).filter(|(_, start)| start.is_late);
+        let mut late: Vec<_> = late.map(|(turn, _)| (turn.lane, &mut *turn.world)).collect();
+        self.catch_up(&mut late)?;
+        for (turn, start) in turns.iter_mut().zip(&mut starts) {
+            if start.is_late && start.place == Where::Device {
+                start.lent = Some(turn.world.lend(&turn.command));
             }
         }
-        if lent.iter().any(Option::is_some) {
-            self.pause_others(turns, &places);
-            self.batch.advance(1);
-            let mut wishes = vec![Wish::Nothing; self.lanes.len()];
-            for ((turn, lent), outlook) in turns.iter().zip(&lent).zip(&outlooks) {
-                if lent.is_some() {
-                    let is_whole = turn.is_whole || outlook.is_whole;
-                    wishes[turn.lane] = if is_whole { Wish::Whole } else { Wish::News };
-                }
+        self.exchange(turns, &starts)?;
+        let mut wishes = vec![Wish::Nothing; self.lanes.len()];
+        for (turn, start) in turns.iter().zip(&starts) {
+            if let Some(lent) = &start.lent {
+                self.batch.command(turn.lane, &lent.command)?;
+                wishes[turn.lane] = start.wish;
             }
+        }
+        if starts.iter().any(|start| start.lent.is_some()) {
+            self.pause_others(&wishes);
+            self.batch.advance(1);
             self.batch.ask(&wishes);
         }
         // While the device is at work.
-        turns.par_iter_mut().zip(&lent).filter(|(_, lent)| lent.is_none()).for_each(|(turn, _)| {
+        turns.par_iter_mut().zip(&starts).filter(|(_, start)| start.lent.is_none()).for_each(|(turn, _)| {
             turn.world.step(&turn.command);
         });
-        Ok(Begun { places, lent })
+        Ok(Begun { starts })
     }
 
     /// Ends the frame that was begun with these turns.
@@ -104,19 +97,19 @@ impl Lockstep {
     /// # Errors
     /// The device was lost; then the frame is not over, and the worlds cannot go on.
     pub fn end(&mut self, turns: &mut [Turn<'_>], begun: Begun) -> Result<(), GpuError> {
-        let Begun { places, lent } = begun;
+        let Begun { starts } = begun;
         self.batch.fetch()?;
         let (batch, lanes) = (&self.batch, &self.lanes);
         let ends: Vec<Option<End>> = turns
             .par_iter_mut()
-            .zip(&lent)
-            .map(|(turn, lent)| {
-                let occupant = occupant(lanes, turn.lane);
-                lent.as_ref().map(|lent| take_back(batch, occupant, turn, lent))
+            .zip(&starts)
+            .map(|(turn, start)| {
+                let lent = start.lent.as_ref()?;
+                Some(take_back(batch, occupant(lanes, turn.lane), turn, lent))
             })
             .collect();
-        for ((turn, end), place) in turns.iter().zip(ends).zip(places) {
-            self.tally.count(place);
+        for ((turn, end), start) in turns.iter().zip(ends).zip(starts) {
+            self.tally.count(start.place);
             if let (Some(End { impulse, faults, is_calm }), Some(occupant)) =
                 (end, &mut self.lanes[turn.lane])
             {
@@ -157,11 +150,11 @@ impl Lockstep {
     }
 
     /// Takes worlds from the device that are computed here, and puts those on it that are computed there.
-    fn exchange(&mut self, turns: &[Turn<'_>], places: &[Where]) -> Result<(), GpuError> {
+    fn exchange(&mut self, turns: &[Turn<'_>], starts: &[Start]) -> Result<(), GpuError> {
         let mut coming = Vec::new();
-        for (turn, place) in turns.iter().zip(places) {
+        for (turn, start) in turns.iter().zip(starts) {
             let Some(occupant) = &mut self.lanes[turn.lane] else { continue };
-            match (place, occupant.is_on_device) {
+            match (start.place, occupant.is_on_device) {
                 (Where::Device, false) => coming.push(turn),
                 (Where::Device, true) => {}
                 (_, true) => {
@@ -205,16 +198,12 @@ impl Lockstep {
         Ok(())
     }
 
-    /// Takes worlds from the device that have no turn now.
-    fn pause_others(&mut self, turns: &[Turn<'_>], places: &[Where]) {
-        let mut has_turn = vec![false; self.lanes.len()];
-        for (turn, place) in turns.iter().zip(places) {
-            has_turn[turn.lane] = *place == Where::Device;
-        }
-        for (lane, occupant) in self.lanes.iter_mut().enumerate() {
+    /// Takes worlds from the device about whose lanes nothing is asked: they have no turn now, or are computed here.
+    fn pause_others(&mut self, wishes: &[Wish]) {
+        for (lane, (occupant, wish)) in self.lanes.iter_mut().zip(wishes).enumerate() {
             if let Some(occupant) = occupant
                 && occupant.is_on_device
-                && !has_turn[lane]
+                && *wish == Wish::Nothing
             {
                 occupant.is_on_device = false;
                 self.batch.retire(lane);
@@ -234,11 +223,21 @@ fn occupant(lanes: &[Option<Occupant>], lane: usize) -> &Occupant {
     lanes[lane].as_ref().unwrap_or_else(|| panic!("no world has entered lane {lane}"))
 }
 
-fn place_of(lanes: &[Option<Occupant>], turn: &Turn<'_>, outlook: &Outlook) -> Where {
-    if occupant(lanes, turn.lane).fitted.is_none() {
-        return Where::TooLarge;
-    }
-    outlook.stays.map_or(Where::Device, Where::Here)
+/// Starts the frame of a world, if it need not catch up before.
+fn start_of(lanes: &[Option<Occupant>], turn: &mut Turn<'_>) -> Start {
+    let occupant = occupant(lanes, turn.lane);
+    let Outlook { stays, is_whole } = turn.world.outlook(&turn.command);
+    let place = match (&occupant.fitted, stays) {
+        (None, _) => Where::TooLarge,
+        (Some(_), Some(stay)) => Where::Here(stay),
+        (Some(_), None) => Where::Device,
+    };
+    let is_there = place == Where::Device && occupant.is_on_device;
+    let is_late = !is_there && turn.world.is_behind();
+    let lent = (place == Where::Device && !is_late).then(|| turn.world.lend(&turn.command));
+    // One that comes to the device knows nothing of its fruit a frame ago.
+    let wish = if turn.is_whole || is_whole || !is_there { Wish::Whole } else { Wish::News };
+    Start { place, wish, lent, is_late }
 }
 
 /// Ends a frame of a world by the motion that was read from the device.

@@ -43,7 +43,12 @@ pub struct Tally {
 
 impl Tally {
     pub(crate) fn count(&mut self, place: Where) {
-        *self.frames.entry(place.name().to_owned()).or_default() += 1;
+        match self.frames.get_mut(place.name()) {
+            Some(frames) => *frames += 1,
+            None => {
+                self.frames.insert(place.name().to_owned(), 1);
+            }
+        }
     }
 
     /// Adds the counts of others.

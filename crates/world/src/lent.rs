@@ -165,11 +165,9 @@ impl World {
             }
             fastest = fastest.max(v_world.norm() + w_world.norm() * radius);
         }
-        // Two links may approach each other. What the robot gains in speed grows with the square of the time.
-        let way = |frames: f64| {
-            let moved = FASTER * fastest * spec.sim.frame() * frames + SLACK * frames * frames;
-            parts.settings.contact_margin + 2.0 * moved
-        };
+        // Two links may approach each other, and there is no force at a distance. What the robot gains in speed grows with the square of the time.
+        let way =
+            |frames: f64| 2.0 * (FASTER * fastest * spec.sim.frame() * frames + SLACK * frames * frames);
         let mut is_near = |margin: f64| state.vicinity.any(&parts.model, data, &parts.groups_alone, margin);
         if !is_near(way(2.0)) {
             Nearness::Far

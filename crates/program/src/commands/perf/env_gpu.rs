@@ -103,7 +103,9 @@ fn rows_of(name: &str, case: &Case<'_>, target: Option<f64>) -> anyhow::Result<[
         "from state".to_owned()
     };
     let place = env.tally().map_or("on the processor".to_owned(), |tally| {
-        format!("{:.1} % of the frames on the device: {:?}", 100.0 * tally.share_on_device(), tally.frames)
+        let calm = 100.0 * tally.calm as f64 / tally.total().max(1) as f64;
+        let there = 100.0 * tally.share_on_device();
+        format!("{there:.1} % of the frames on the device, {calm:.1} % calm: {:?}", tally.frames)
     });
     let note = format!("Reach-v1 {seen} at {CONTROL_HZ} Hz, distinct trees; {place}");
     let row = Row::measured(name, rates.median(), "steps/s");
