@@ -6,9 +6,12 @@
 
 use crate::World;
 use crate::event::Status;
+use crate::state::State;
 use orchard_fruit::Phase;
 use orchard_geometry::{Vec3, transform};
-use orchard_multibody::{ContactReport, Data, Model, Owner, forward_kinematics, forward_kinematics_of};
+use orchard_multibody::{
+    ColliderId, ContactReport, Data, Model, Owner, forward_kinematics, forward_kinematics_of,
+};
 use orchard_robot::{Command, RobotHandle, SetPoints};
 use orchard_spec::fault::FaultKind;
 use orchard_treephys::wind::Weather;
@@ -149,9 +152,11 @@ impl World {
     /// How soon the robot may touch something but tree and fruit.
     fn nearness(&mut self) -> Nearness {
         let (spec, parts, state) = (&*self.spec, &*self.parts, &mut self.state);
-        let (data, base) = (&state.data, parts.handle.base);
+        let State { data, vicinity, speeds, .. } = state;
+        let (data, base) = (&*data, parts.handle.base);
         let is_alone = parts.struts.is_empty();
-        let mut fastest = 0.0_f64;
+        speeds.clear();
+        speeds.resize(parts.model.colliders().len(), 0.0);
         for &c in &parts.robot_colliders {
             let Owner::Body(body) = parts.model.colliders()[c].owner else { continue };
             let (centre, radius) = &parts.bounds[c];
@@ -163,15 +168,18 @@ impl World {
                 v_world -= data.point_velocity_world(base, &p_world);
                 w_world -= data.velocity(base).angular;
             }
-            fastest = fastest.max(v_world.norm() + w_world.norm() * radius);
+            speeds[c] = v_world.norm() + w_world.norm() * radius;
         }
         // Two links may approach each other, and there is no force at a distance. What the robot gains in speed grows with the square of the time.
-        let way =
-            |frames: f64| 2.0 * (FASTER * fastest * spec.sim.frame() * frames + SLACK * frames * frames);
-        let mut is_near = |margin: f64| state.vicinity.any(&parts.model, data, &parts.groups_alone, margin);
-        if !is_near(way(2.0)) {
+        let mut is_near = |frames: f64| {
+            let way = |id: ColliderId| {
+                FASTER * speeds[id.index()] * spec.sim.frame() * frames + SLACK * frames * frames
+            };
+            vicinity.any(&parts.model, data, &parts.groups_alone, way)
+        };
+        if !is_near(2.0) {
             Nearness::Far
-        } else if is_near(way(1.0)) {
+        } else if is_near(1.0) {
             Nearness::Now
         } else {
             Nearness::Soon

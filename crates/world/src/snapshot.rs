@@ -108,6 +108,7 @@ impl World {
             before: _,
             under: _,
             vicinity: _,
+            speeds: _,
             is_behind,
         } = &self.state;
         assert!(!is_behind, "wood and fruit are behind the robot");

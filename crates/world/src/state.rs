@@ -59,6 +59,8 @@ pub(crate) struct State {
     pub commands: VecDeque<Command>,
     /// Scratch of [`World::outlook`](crate::World::outlook).
     pub vicinity: Vicinity,
+    /// Speed of each collider, 0 but of the robot's [m/s]; scratch of the same.
+    pub speeds: Vec<f64>,
     /// True while wood and fruit are those of an earlier frame than the robot ([`World::is_behind`](crate::World::is_behind)).
     pub is_behind: bool,
 }
@@ -97,6 +99,7 @@ impl State {
             odometry,
             commands,
             vicinity: Vicinity::default(),
+            speeds: Vec::new(),
             is_behind: false,
         }
     }

@@ -273,8 +273,10 @@ fields! {
         EXCESS = 14,
         /// In worlds with a robot, of the latest frame: largest tension of a stem [N].
         TENSION = 15,
+        /// In worlds with a robot: [`Self::PEAK`] when the host was last told of it.
+        TOLD_PEAK = 16,
         /// Number of fields.
-        FIELDS = 16,
+        FIELDS = 17,
     }
     /// Bits of [`world::NOTICE`].
     notice {
@@ -288,7 +290,7 @@ fields! {
         NON_FINITE = 8,
         /// In worlds with a robot: a joint or a stem is at its limit, or nearly so.
         STRAINED = 16,
-        /// In worlds with a robot: [`world::PEAK`] has risen.
+        /// In worlds with a robot: [`world::PEAK`] has risen above [`world::TOLD_PEAK`].
         PEAKED = 32,
     }
     /// Header of a tile: its places in the buffers, in whole numbers. Tiles of one block differ only in the rows of their parts; each has its worlds in other lanes.

@@ -73,28 +73,26 @@ impl BroadPhase {
         &self.poses[id.index()]
     }
 
-    /// Finds the pairs whose bounding boxes come within `margin`.
+    /// Finds the pairs whose bounding boxes are less apart than the sum of the colliders' reaches.
     pub fn find_pairs(
         &mut self,
         model: &Model,
         kinematics: &Kinematics,
         point_p_world: &[Vec3],
         groups: &[Groups],
-        margin: f64,
+        reach: impl Fn(ColliderId) -> f64,
     ) {
         self.pairs.clear();
         if self.groups != groups || self.poses.len() != model.colliders.len() {
             self.cluster(model, groups);
         }
-        // Half the margin on each side of a pair.
-        let reach = 0.5 * margin;
         let BroadPhase { pairs, clusters, spheres, poses, is_placed, boxes, near, .. } = self;
         is_placed.fill(false);
         let mut place = |id: ColliderId, boxes: &mut [Aabb]| {
             if !std::mem::replace(&mut is_placed[id.index()], true) {
                 let collider = model.collider(id);
                 let pose = x_world_shape(kinematics, point_p_world, collider);
-                boxes[id.index()] = collider.shape.aabb(&pose).grown(reach);
+                boxes[id.index()] = collider.shape.aabb(&pose).grown(reach(id));
                 poses[id.index()] = pose;
             }
         };
@@ -104,7 +102,7 @@ impl BroadPhase {
                 match &spheres[id.index()] {
                     Some(sphere) => {
                         boxes[id.index()] =
-                            sphere.aabb(kinematics, point_p_world, model.collider(id).owner).grown(reach);
+                            sphere.aabb(kinematics, point_p_world, model.collider(id).owner).grown(reach(id));
                     }
                     None => place(id, boxes),
                 }

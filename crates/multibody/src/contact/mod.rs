@@ -92,10 +92,16 @@ pub fn accept_overlaps(model: &mut Model, data: &Data) {
 pub struct Vicinity(ContactScratch);
 
 impl Vicinity {
-    /// True if two colliders that `groups` (one a collider, in the model's order) lets touch are less than `margin` \[m\] apart.
-    pub fn any(&mut self, model: &Model, data: &Data, groups: &[Groups], margin: f64) -> bool {
+    /// True if two colliders that `groups` (one a collider, in the model's order) lets touch are less apart than the sum of their reaches \[m\].
+    pub fn any(
+        &mut self,
+        model: &Model,
+        data: &Data,
+        groups: &[Groups],
+        reach: impl Fn(ColliderId) -> f64,
+    ) -> bool {
         let Self(scratch) = self;
-        scratch.collide_groups(model, data, groups, margin);
+        scratch.collide_groups(model, data, groups, reach);
         !scratch.contacts.is_empty()
     }
 }
@@ -132,14 +138,22 @@ pub(crate) fn solve_contacts(
 impl ContactScratch {
     /// Finds the contact points of this step.
     fn collide(&mut self, model: &Model, data: &Data, margin: f64) {
-        self.collide_groups(model, data, &data.groups, margin);
+        // Half the margin on each side of a pair.
+        self.collide_groups(model, data, &data.groups, |_| 0.5 * margin);
     }
 
-    /// As [`Self::collide`], with other groups than the state's.
-    fn collide_groups(&mut self, model: &Model, data: &Data, groups: &[Groups], margin: f64) {
+    /// As [`Self::collide`], with other groups than the state's and a share of the margin for each collider.
+    fn collide_groups(
+        &mut self,
+        model: &Model,
+        data: &Data,
+        groups: &[Groups],
+        reach: impl Fn(ColliderId) -> f64,
+    ) {
         self.contacts.clear();
-        self.broad.find_pairs(model, &data.kinematics, &data.point_p_world, groups, margin);
+        self.broad.find_pairs(model, &data.kinematics, &data.point_p_world, groups, &reach);
         for &(a, b) in &self.broad.pairs {
+            let margin = reach(a) + reach(b);
             let (collider_a, collider_b) = (model.collider(a), model.collider(b));
             self.touches.clear();
             narrow::touches(
