@@ -61,8 +61,20 @@ fn observations_and_rewards_are_those_of_the_cpu() {
                 assert!(off.abs() < 1e-4, "{task:?}, step {step}, environment {k}: {off}");
             }
         }
-        assert!(there.tally().unwrap().share_on_device() > 0.99, "{:?}", there.tally());
+        let tally = there.tally().unwrap();
+        assert!(tally.share_on_device() > 0.99 && tally.calm > 0, "{task:?}: {tally:?}");
         assert!(here.tally().is_none());
+        // Wood and fruit that were behind are there when they are looked at.
+        assert_eq!(there.snapshot().unwrap().len(), 2);
+        for k in 0..2 {
+            let places = |env: &mut TaskEnv| {
+                let world = env.truth(k).unwrap().unwrap();
+                world.fruit_truth().iter().map(|fruit| fruit.p_world).collect::<Vec<_>>()
+            };
+            for (a, b) in places(&mut here).iter().zip(places(&mut there)) {
+                assert!((a - b).norm() < 1e-4, "{task:?}: {a} {b}");
+            }
+        }
     }
 }
 

@@ -8,13 +8,17 @@ use rayon::prelude::*;
 
 use crate::error::EnvError;
 
-/// A world's frame.
-#[cfg_attr(not(feature = "gpu"), expect(dead_code, reason = "only a device asks"))]
+/// A world's frame, with its lane within its crew.
+#[cfg(feature = "gpu")]
+pub(crate) type Turn<'a> = orchard_lockstep::Turn<'a>;
+/// A world's frame, with its lane.
+#[cfg(not(feature = "gpu"))]
 pub(crate) struct Turn<'a> {
+    #[expect(dead_code, reason = "only a device has lanes")]
     pub lane: usize,
     pub world: &'a mut World,
     pub command: Command,
-    /// False if wood and fruit may be behind the robot after it.
+    #[expect(dead_code, reason = "only a device leaves trees behind")]
     pub is_whole: bool,
 }
 
@@ -115,13 +119,12 @@ impl Mover {
         }
     }
 
-    /// Crew of a lane.
-    #[cfg_attr(not(feature = "gpu"), expect(unused_variables))]
-    pub fn crew_of(&self, lane: usize) -> usize {
+    /// Crew of a lane, and its lane there.
+    pub fn place(&self, lane: usize) -> (usize, usize) {
         match self {
-            Self::Cpu => 0,
+            Self::Cpu => (0, lane),
             #[cfg(feature = "gpu")]
-            Self::Gpu(Device { crews, .. }) => place(crews, lane).0,
+            Self::Gpu(Device { crews, .. }) => place(crews, lane),
         }
     }
 
@@ -138,7 +141,7 @@ impl Mover {
             }
             #[cfg(feature = "gpu")]
             Self::Gpu(Device { crews, .. }) => {
-                let mut turns = turns_of(crews, turns);
+                let mut turns = turns;
                 crews[crew].begin(&mut turns).map(Some).map_err(|e| device(&e))
             }
         }
@@ -153,7 +156,7 @@ impl Mover {
         match (self, begun) {
             #[cfg(feature = "gpu")]
             (Self::Gpu(Device { crews, .. }), Some(begun)) => {
-                let mut turns = turns_of(crews, turns);
+                let mut turns = turns;
                 crews[crew].end(&mut turns, begun).map_err(|e| device(&e))
             }
             _ => Ok(()),
@@ -186,13 +189,13 @@ impl Mover {
     /// # Errors
     /// The device was lost.
     pub fn step(&mut self, worlds: &mut [World], commands: &[Command]) -> Result<(), EnvError> {
-        let crews: Vec<usize> = (0..worlds.len()).map(|lane| self.crew_of(lane)).collect();
+        let places: Vec<(usize, usize)> = (0..worlds.len()).map(|lane| self.place(lane)).collect();
         let mut begun = Vec::new();
         for crew in 0..self.crews() {
-            begun.push(self.begin(crew, of_crew(crew, &crews, worlds, commands))?);
+            begun.push(self.begin(crew, of_crew(crew, &places, worlds, commands))?);
         }
         for (crew, begun) in begun.into_iter().enumerate() {
-            self.end(crew, of_crew(crew, &crews, worlds, commands), begun)?;
+            self.end(crew, of_crew(crew, &places, worlds, commands), begun)?;
         }
         Ok(())
     }
@@ -249,23 +252,19 @@ fn place(crews: &[orchard_lockstep::Lockstep], lane: usize) -> (usize, usize) {
     (lane / each, lane % each)
 }
 
-/// Turns with the number that each lane has within its crew.
-#[cfg(feature = "gpu")]
-fn turns_of<'a>(
-    crews: &[orchard_lockstep::Lockstep],
-    turns: Vec<Turn<'a>>,
-) -> Vec<orchard_lockstep::Turn<'a>> {
-    let of_crew = |Turn { lane, world, command, is_whole }| orchard_lockstep::Turn {
-        lane: place(crews, lane).1,
+/// Turns of the worlds of one crew; `places` has the crew of each world, and its lane there.
+fn of_crew<'a>(
+    crew: usize,
+    places: &[(usize, usize)],
+    worlds: &'a mut [World],
+    commands: &[Command],
+) -> Vec<Turn<'a>> {
+    let all = worlds.iter_mut().zip(commands).zip(places).filter(|(_, (of, _))| *of == crew);
+    let turn = |((world, command), (_, lane)): ((&'a mut World, &Command), &(usize, usize))| Turn {
+        lane: *lane,
         world,
-        command,
-        is_whole,
+        command: *command,
+        is_whole: true,
     };
-    turns.into_iter().map(of_crew).collect()
-}
-
-/// Turns of the worlds of one crew; `crews` has the crew of each world.
-fn of_crew<'a>(crew: usize, crews: &[usize], worlds: &'a mut [World], commands: &[Command]) -> Vec<Turn<'a>> {
-    let all = worlds.iter_mut().zip(commands).enumerate().filter(|(lane, _)| crews[*lane] == crew);
-    all.map(|(lane, (world, command))| Turn { lane, world, command: *command, is_whole: true }).collect()
+    all.map(turn).collect()
 }

@@ -154,10 +154,11 @@ impl TaskEnv {
         self.counted("numbers of actions", actions.len(), size)?;
         self.counted("entries of the mask", mask.len(), 1)?;
         let shared = &self.shared;
-        let chosen = |action: &(&Slot, (&[f32], &bool))| *action.1.1;
-        let each = || actions.chunks_exact(size).zip(mask);
-        for (slot, (action, _)) in self.slots.iter().zip(each()).filter(chosen) {
-            slot.check(action, shared)?;
+        let each = self.slots.par_iter().zip(actions.par_chunks_exact(size)).zip(mask);
+        let refused = each.filter(|(_, chosen)| **chosen);
+        let refused = refused.map(|((slot, action), _)| slot.check(action, shared).err());
+        if let Some(refused) = refused.find_map_first(|refused| refused) {
+            return Err(refused);
         }
         if !self.mover.is_cpu() {
             return self.step_together(actions, mask);
@@ -176,11 +177,15 @@ impl TaskEnv {
         let Self { shared, slots, mover } = self;
         let size = shared.interface.policy.action.len();
         let mut crews: Vec<Crew<'_>> = (0..mover.crews()).map(|_| Crew::default()).collect();
-        let each = slots.iter_mut().zip(actions.chunks_exact(size)).zip(mask).enumerate();
-        for (lane, ((slot, action), _)) in each.filter(|(_, (_, chosen))| **chosen) {
-            if let (Some(motion), Some(stepping)) = (slot.motion(action, shared), slot.begin_step(shared)) {
-                crews[mover.crew_of(lane)].members.push(Member { lane, slot, motion, stepping });
-            }
+        let each = slots.par_iter_mut().zip(actions.par_chunks_exact(size)).zip(mask).enumerate();
+        let chosen = each.filter(|(_, (_, chosen))| **chosen);
+        let begun = chosen.filter_map(|(lane, ((slot, action), _))| {
+            let (motion, stepping) = (slot.motion(action, shared)?, slot.begin_step(shared)?);
+            let (crew, seat) = mover.place(lane);
+            Some((crew, Member { lane, seat, slot, motion, stepping }))
+        });
+        for (crew, member) in begun.collect::<Vec<_>>() {
+            crews[crew].members.push(member);
         }
         for (number, crew) in crews.iter_mut().enumerate() {
             crew.begin(number, mover, shared)?;

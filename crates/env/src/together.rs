@@ -10,6 +10,8 @@ use crate::slot::{Shared, Slot, Stepping};
 /// An environment in the midst of a step.
 pub(crate) struct Member<'a> {
     pub lane: usize,
+    /// Lane within the crew.
+    pub seat: usize,
     pub slot: &'a mut Slot,
     pub motion: Motion,
     pub stepping: Stepping,
@@ -58,11 +60,12 @@ impl Crew<'_> {
 
     /// Frame of every step that goes on.
     fn turns(&mut self, shared: &Shared) -> Vec<Turn<'_>> {
-        let turns = self.members.par_iter_mut().filter_map(|Member { lane, slot, motion, stepping }| {
-            let frame = stepping.next_frame(shared)?;
-            let is_whole = slot.looks_at_tree(stepping, shared);
-            Some(Turn { lane: *lane, world: slot.world_mut()?, command: motion.command(frame), is_whole })
-        });
+        let turns =
+            self.members.par_iter_mut().filter_map(|Member { seat, slot, motion, stepping, .. }| {
+                let frame = stepping.next_frame(shared)?;
+                let is_whole = slot.looks_at_tree(stepping, shared);
+                Some(Turn { lane: *seat, world: slot.world_mut()?, command: motion.command(frame), is_whole })
+            });
         turns.collect()
     }
 }

@@ -74,12 +74,13 @@ impl Lockstep {
         }
         self.exchange(turns, &starts)?;
         let mut wishes = vec![Wish::Nothing; self.lanes.len()];
+        let mut commands = vec![None; self.lanes.len()];
         for (turn, start) in turns.iter().zip(&starts) {
             if let Some(lent) = &start.lent {
-                self.batch.command(turn.lane, &lent.command)?;
-                wishes[turn.lane] = start.wish;
+                (wishes[turn.lane], commands[turn.lane]) = (start.wish, Some(&lent.command));
             }
         }
+        self.batch.command_all(&commands)?;
         if starts.iter().any(|start| start.lent.is_some()) {
             self.pause_others(&wishes);
             self.batch.advance(1);
@@ -108,8 +109,8 @@ impl Lockstep {
                 Some(take_back(batch, occupant(lanes, turn.lane), turn, lent))
             })
             .collect();
-        for ((turn, end), start) in turns.iter().zip(ends).zip(starts) {
-            self.tally.count(start.place);
+        self.tally.count(starts.iter().map(|start| start.place));
+        for (turn, end) in turns.iter().zip(ends) {
             if let (Some(End { impulse, faults, is_calm }), Some(occupant)) =
                 (end, &mut self.lanes[turn.lane])
             {

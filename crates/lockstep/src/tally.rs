@@ -42,12 +42,14 @@ pub struct Tally {
 }
 
 impl Tally {
-    pub(crate) fn count(&mut self, place: Where) {
-        match self.frames.get_mut(place.name()) {
-            Some(frames) => *frames += 1,
-            None => {
-                self.frames.insert(place.name().to_owned(), 1);
-            }
+    /// Counts frames by their places.
+    pub(crate) fn count(&mut self, places: impl Iterator<Item = Where>) {
+        let mut counts: BTreeMap<Where, u64> = BTreeMap::new();
+        for place in places {
+            *counts.entry(place).or_default() += 1;
+        }
+        for (place, count) in counts {
+            *self.frames.entry(place.name().to_owned()).or_default() += count;
         }
     }
 

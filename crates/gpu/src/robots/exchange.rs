@@ -3,8 +3,10 @@
 use orchard_multibody::{Data, Model};
 use orchard_robot::{BaseJoint, JointValues, RobotHandle, SetPoints};
 
+use rayon::prelude::*;
+
 use super::{RobotBatch, row_place};
-use crate::layout::{QUAD, robot};
+use crate::layout::{LANES, QUAD, robot};
 
 impl RobotBatch {
     /// Places of the quads of a robot's state on the device.
@@ -16,11 +18,15 @@ impl RobotBatch {
 
     /// Takes the states of all robots from quads that were read from these places.
     pub(crate) fn take_quads(&mut self, quads: &[[f32; QUAD]]) {
-        for (world, quads) in quads.chunks_exact(robot::FIELDS / QUAD).enumerate() {
-            for (at, quad) in Self::quad_places(world).zip(quads) {
-                self.states[QUAD * at as usize..][..QUAD].copy_from_slice(quad);
+        let each = robot::FIELDS / QUAD;
+        let blocks = self.states.par_chunks_mut(robot::FIELDS * LANES).zip(quads.par_chunks(each * LANES));
+        blocks.for_each(|(block, quads)| {
+            for (lane, quads) in quads.chunks_exact(each).enumerate() {
+                for (at, quad) in Self::quad_places(lane).zip(quads) {
+                    block[QUAD * at as usize..][..QUAD].copy_from_slice(quad);
+                }
             }
-        }
+        });
     }
 
     /// Writes coordinates and velocities that were read into a state of a model that holds this robot.

@@ -9,6 +9,7 @@ use orchard_batch::{Fault, Quarantine, Status};
 use orchard_multibody::{Data, Model};
 use orchard_robot::{Command, RobotHandle, RobotModel};
 use orchard_spec::sim::SimSpec;
+use rayon::prelude::*;
 
 use crate::BatchError;
 use crate::buffers::PASSES_AT_ONCE;
@@ -103,20 +104,35 @@ impl RobotBatch {
         Ok(())
     }
 
-    fn write(&mut self, world: usize, given: &Command) {
-        for (field, values) in [
-            (command::ARM_Q, &given.arm_q[..]),
-            (command::ARM_V, &given.arm_v),
-            (command::BASE, &given.base_velocity),
-            (command::FINGER_Q, &[given.finger_q]),
-            (command::FINGER_FORCE, &[given.finger_force]),
-        ] {
-            for (k, value) in values.iter().enumerate() {
-                let largest = value.clamp(-LARGEST_COMMAND, LARGEST_COMMAND);
-                let number = if value.is_finite() { largest as f32 } else { f32::NAN };
-                self.commands[row_place(world, field + k, command::FIELDS)] = number;
-            }
+    /// Sets the commands of many worlds, given in their order; those with none keep theirs.
+    ///
+    /// # Errors
+    /// As [`Self::command`].
+    pub fn command_all(&mut self, given: &[Option<&Command>]) -> Result<(), GpuError> {
+        let has = self.alone.handle.arm.len();
+        let numbers = |command: &Command| [command.arm_q.len(), command.arm_v.len()];
+        let wrong = |(world, command): (usize, &Option<&Command>)| {
+            let given = command.map(numbers)?.into_iter().find(|&numbers| numbers != has)?;
+            Some(BatchError::Joints { world, given, has })
+        };
+        if let Some(wrong) = given.iter().enumerate().find_map(wrong) {
+            return Err(wrong.into());
         }
+        let blocks = self.commands.par_chunks_mut(command::FIELDS * LANES).zip(given.par_chunks(LANES));
+        blocks.for_each(|(block, given)| {
+            for (lane, command) in given.iter().enumerate() {
+                if let Some(command) = command {
+                    write(block, lane, command);
+                }
+            }
+        });
+        self.commands_changed = true;
+        Ok(())
+    }
+
+    fn write(&mut self, world: usize, given: &Command) {
+        let each = command::FIELDS * LANES;
+        write(&mut self.commands[world / LANES * each..][..each], world % LANES, given);
         self.commands_changed = true;
     }
 
@@ -213,6 +229,23 @@ impl RobotBatch {
         let (block, each) = (world / LANES, robot::FIELDS * LANES);
         let range = block * each..(block + 1) * each;
         self.gpu.fetch(&mut [(&self.buffers.robots, &mut self.states, vec![range])])
+    }
+}
+
+/// Writes the command of a world into those of its block.
+fn write(block: &mut [f32], lane: usize, given: &Command) {
+    for (field, values) in [
+        (command::ARM_Q, &given.arm_q[..]),
+        (command::ARM_V, &given.arm_v),
+        (command::BASE, &given.base_velocity),
+        (command::FINGER_Q, &[given.finger_q]),
+        (command::FINGER_FORCE, &[given.finger_force]),
+    ] {
+        for (k, value) in values.iter().enumerate() {
+            let largest = value.clamp(-LARGEST_COMMAND, LARGEST_COMMAND);
+            let number = if value.is_finite() { largest as f32 } else { f32::NAN };
+            block[row_place(lane, field + k, command::FIELDS)] = number;
+        }
     }
 }
 

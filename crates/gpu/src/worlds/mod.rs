@@ -124,6 +124,14 @@ impl WorldBatch {
         self.robots.command(world, given)
     }
 
+    /// Sets the commands of many worlds, given in their order; those with none keep theirs.
+    ///
+    /// # Errors
+    /// As [`Self::command`].
+    pub fn command_all(&mut self, given: &[Option<&Command>]) -> Result<(), GpuError> {
+        self.robots.command_all(given)
+    }
+
     /// Sets the external force \[N\] at, and torque [N m] about, a segment's centre of mass until changed. Returns false if the world has no room for another force.
     #[must_use]
     pub fn push(&mut self, world: usize, segment: usize, force_world: Vec3, torque_world: Vec3) -> bool {
