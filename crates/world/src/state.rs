@@ -270,11 +270,11 @@ impl State {
     pub fn is_robot_plausible(&self, parts: &Parts, extent: f64) -> bool {
         let Self { data, .. } = self;
         parts.handle.bodies.iter().all(|&body| {
-            let far = |x: &f64| !(x.abs() <= extent);
+            let near = |x: &f64| x.abs() <= extent;
             let finite = |numbers: &[f64]| numbers.iter().all(|x| x.is_finite());
             finite(&data.q[parts.model.qs(body)])
                 && finite(&data.v[parts.model.dofs(body)])
-                && !data.x_world_body(body).translation.vector.iter().any(far)
+                && data.x_world_body(body).translation.vector.iter().all(near)
         })
     }
 
