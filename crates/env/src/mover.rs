@@ -38,6 +38,9 @@ pub(crate) enum Mover {
 pub(crate) struct Device {
     crews: Vec<orchard_lockstep::Lockstep>,
     eyes: Box<orchard_lockstep::Eyes>,
+    gpu: orchard_gpu::Gpu,
+    /// Observations that stay there, if they do.
+    observed: Option<crate::on_device::OnDevice>,
 }
 
 #[cfg(feature = "gpu")]
@@ -65,7 +68,7 @@ impl Mover {
                 let crews = orchard_lockstep::Lockstep::crews(&gpu, &samples, lanes, CREWS);
                 let (crews, eyes) =
                     (crews.map_err(|e| device(&e))?, Box::new(orchard_lockstep::Eyes::new(&gpu)));
-                Ok(Self::Gpu(Device { crews, eyes }))
+                Ok(Self::Gpu(Device { crews, eyes, gpu, observed: None }))
             }
         }
     }
@@ -169,7 +172,7 @@ impl Mover {
         Ok(())
     }
 
-    /// Returns the observation of each world, which is given with its lane, with the images that cameras deliver now; each image is its world's latest from now on.
+    /// Returns the observation of each world, which is given with its lane, with the images that cameras deliver now; each image is its world's latest from now on. Nothing is returned where images stay on the device.
     ///
     /// # Errors
     /// The device has no room for the images, or was lost.
@@ -178,7 +181,13 @@ impl Mover {
         match self {
             Self::Cpu => Ok(worlds.par_iter_mut().map(|(_, world)| world.observe()).collect()),
             #[cfg(feature = "gpu")]
-            Self::Gpu(Device { eyes, .. }) => eyes.observe(worlds).map_err(|e| device(&e)),
+            Self::Gpu(Device { eyes, observed, .. }) => {
+                match observed.as_ref().and_then(crate::on_device::OnDevice::depths) {
+                    Some(depths) => eyes.observe_into(worlds, depths).map(|()| Vec::new()),
+                    None => eyes.observe(worlds),
+                }
+            }
+            .map_err(|e| device(&e)),
         }
     }
 
@@ -191,7 +200,41 @@ impl Mover {
         match self {
             Self::Cpu => Ok(()),
             #[cfg(feature = "gpu")]
-            Self::Gpu(Device { eyes, .. }) => eyes.look_again(worlds).map_err(|e| device(&e)),
+            Self::Gpu(Device { eyes, observed, .. }) => {
+                match observed.as_ref().and_then(crate::on_device::OnDevice::depths) {
+                    Some(depths) => eyes.look_again_into(worlds, depths),
+                    None => eyes.look_again(worlds),
+                }
+            }
+            .map_err(|e| device(&e)),
+        }
+    }
+
+    /// Keeps the observations of some lanes on the device; `shared`: in memory that others can open.
+    ///
+    /// # Errors
+    /// There is no device, it has no room, or it cannot share memory.
+    #[cfg(feature = "gpu")]
+    pub fn keep_there(
+        &mut self,
+        fields: &[orchard_policy::Field],
+        lanes: usize,
+        shared: bool,
+    ) -> Result<(), EnvError> {
+        let Self::Gpu(Device { gpu, observed, .. }) = self else {
+            return Err(EnvError::Device("the observations are the processor's".to_owned()));
+        };
+        let made = crate::on_device::OnDevice::new(gpu, fields, lanes, shared);
+        *observed = Some(made.map_err(|e| device(&e))?);
+        Ok(())
+    }
+
+    /// The observations that stay on the device, if they do.
+    #[cfg(feature = "gpu")]
+    pub fn observed(&mut self) -> Option<&mut crate::on_device::OnDevice> {
+        match self {
+            Self::Cpu => None,
+            Self::Gpu(Device { observed, .. }) => observed.as_mut(),
         }
     }
 
