@@ -13,10 +13,12 @@ CARD = {"task": REACH, "backend": "gpu", "device": "cuda", "tensors": "dlpack", 
 
 def test_arrays_in_the_processors_memory_are_those_of_numpy():
     given, expected = vector(2, tensors="dlpack", obs=("state", "depth"), device="cpu"), vector(2, obs=("state", "depth"))
-    same(given.reset(seed=SEED), expected.reset(seed=SEED))
-    (seen, *rest), (wanted, *others) = (env.step(actions(expected, 0)) for env in (given, expected))
-    same(seen, wanted)
-    same(rest, others)
+    for results in zip(given.reset(seed=SEED), expected.reset(seed=SEED)):
+        same(*results)
+    results = [env.step(actions(expected, 0)) for env in (given, expected)]
+    for pair in zip(*results):
+        same(*pair)
+    seen = results[0][0]
     assert np.shares_memory(np.from_dlpack(seen["depth"]), seen["depth"])
 
 

@@ -1,6 +1,5 @@
 //! Exported memory as arrays of CUDA, and their descriptions by DLPack.
 
-use std::fs::File;
 use std::sync::Arc;
 
 use cudarc::driver::{CudaContext, DevicePtr, DriverError, MappedBuffer, result, sys};
@@ -91,7 +90,7 @@ impl Card {
     pub fn import(&self, memory: Handle) -> Result<CudaMemory, CudaError> {
         let Handle { fd, bytes, .. } = memory;
         // SAFETY: the handle was made with these bytes.
-        let imported = unsafe { self.context.import_external_memory(File::from(fd), bytes) }?;
+        let imported = unsafe { self.context.import_external_memory(fd.into(), bytes) }?;
         let mapped = imported.map_all()?;
         let stream = self.context.default_stream();
         let (address, _) = mapped.device_ptr(&stream);

@@ -4,6 +4,9 @@ use super::{ImageBatch, View, size_of_view};
 use crate::arrays::DeviceArray;
 use crate::device::GpuError;
 
+/// Images that are sent at once, our own choice: enough to keep a card busy while the next ones are packed.
+const AT_ONCE: usize = 512;
+
 /// Rows of an array, one for each image.
 #[derive(Clone, Copy)]
 pub(super) struct Rows<'a> {
@@ -30,7 +33,7 @@ impl ImageBatch {
             let (width, height) = size_of_view(view);
             array.assert_row(*row, size_of::<f32>() * width * height);
         }
-        self.in_parts(views, |batch, range, most| {
+        self.in_parts(views, AT_ONCE, |batch, range, most| {
             let rows = Rows { array, rows: &rows[range.clone()] };
             batch.submit(&views[range], false, most, Some(rows)).map(|_| ())
         })

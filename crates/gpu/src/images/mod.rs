@@ -161,7 +161,7 @@ impl ImageBatch {
         make: impl Fn(&Kept, &View<'_>, &[f32], &[u32]) -> T + Sync,
     ) -> Result<Vec<T>, GpuError> {
         let mut made = Vec::with_capacity(views.len());
-        self.in_parts(views, |batch, range, most| {
+        self.in_parts(views, usize::MAX, |batch, range, most| {
             let now = &views[range];
             let submitted = batch.submit(now, wants_items, most, None)?;
             batch.read(now, wants_items, submitted, &make, &mut made)
@@ -169,15 +169,16 @@ impl ImageBatch {
         Ok(made)
     }
 
-    /// Calls `draw` for the ranges of views that are drawn at once, with the bytes that a buffer may have.
+    /// Calls `draw` for the ranges of views that are drawn at once, at most some, with the bytes that a buffer may have.
     fn in_parts(
         &mut self,
         views: &[View<'_>],
+        most_views: usize,
         mut draw: impl FnMut(&mut Self, Range<usize>, usize) -> Result<(), GpuError>,
     ) -> Result<(), GpuError> {
         let limits = self.gpu.device.limits();
         let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size / 2) as usize;
-        let most_views = limits.max_compute_workgroups_per_dimension as usize;
+        let most_views = most_views.min(limits.max_compute_workgroups_per_dimension as usize);
         self.kept.pack(&mut self.meshes);
         let mut done = 0;
         while done < views.len() {
