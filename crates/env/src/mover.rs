@@ -38,9 +38,9 @@ pub(crate) enum Mover {
 pub(crate) struct Device {
     crews: Vec<orchard_lockstep::Lockstep>,
     eyes: Box<orchard_lockstep::Eyes>,
-    gpu: orchard_gpu::Gpu,
+    gpu: Box<orchard_gpu::Gpu>,
     /// Observations that stay there, if they do.
-    observed: Option<crate::on_device::OnDevice>,
+    observed: Option<Box<crate::on_device::OnDevice>>,
 }
 
 #[cfg(feature = "gpu")]
@@ -68,7 +68,7 @@ impl Mover {
                 let crews = orchard_lockstep::Lockstep::crews(&gpu, &samples, lanes, CREWS);
                 let (crews, eyes) =
                     (crews.map_err(|e| device(&e))?, Box::new(orchard_lockstep::Eyes::new(&gpu)));
-                Ok(Self::Gpu(Device { crews, eyes, gpu, observed: None }))
+                Ok(Self::Gpu(Device { crews, eyes, gpu: Box::new(gpu), observed: None }))
             }
         }
     }
@@ -182,7 +182,7 @@ impl Mover {
             Self::Cpu => Ok(worlds.par_iter_mut().map(|(_, world)| world.observe()).collect()),
             #[cfg(feature = "gpu")]
             Self::Gpu(Device { eyes, observed, .. }) => {
-                match observed.as_ref().and_then(crate::on_device::OnDevice::depths) {
+                match observed.as_ref().and_then(|observed| observed.depths()) {
                     Some(depths) => eyes.observe_into(worlds, depths).map(|()| Vec::new()),
                     None => eyes.observe(worlds),
                 }
@@ -201,7 +201,7 @@ impl Mover {
             Self::Cpu => Ok(()),
             #[cfg(feature = "gpu")]
             Self::Gpu(Device { eyes, observed, .. }) => {
-                match observed.as_ref().and_then(crate::on_device::OnDevice::depths) {
+                match observed.as_ref().and_then(|observed| observed.depths()) {
                     Some(depths) => eyes.look_again_into(worlds, depths),
                     None => eyes.look_again(worlds),
                 }
@@ -225,7 +225,7 @@ impl Mover {
             return Err(EnvError::Device("the observations are the processor's".to_owned()));
         };
         let made = crate::on_device::OnDevice::new(gpu, fields, lanes, shared);
-        *observed = Some(made.map_err(|e| device(&e))?);
+        *observed = Some(Box::new(made.map_err(|e| device(&e))?));
         Ok(())
     }
 
@@ -234,7 +234,7 @@ impl Mover {
     pub fn observed(&mut self) -> Option<&mut crate::on_device::OnDevice> {
         match self {
             Self::Cpu => None,
-            Self::Gpu(Device { observed, .. }) => observed.as_mut(),
+            Self::Gpu(Device { observed, .. }) => observed.as_deref_mut(),
         }
     }
 
