@@ -115,14 +115,18 @@ fn observations_that_stay_on_the_device_have_the_same_bits() {
         if there.keep_on_device(true).is_err() {
             there.keep_on_device(false).unwrap();
         }
-        [&mut here, &mut there].map(|env| env.reset(&seeds, &all).unwrap());
+        for env in [&mut here, &mut there] {
+            env.reset(&seeds, &all).unwrap();
+        }
         let actions = vec![0.3; 2 * here.interface().policy.action.len()];
         let steps = if camera.is_empty() { 4 } else { 2 };
         for step in 0..steps {
             agree(&here, &mut there, step);
             if step == steps - 2 {
                 let saved = here.snapshot().unwrap();
-                [&mut here, &mut there].map(|env| env.restore(&saved).unwrap());
+                for env in [&mut here, &mut there] {
+                    env.restore(&saved).unwrap();
+                }
                 agree(&here, &mut there, step);
             }
             for env in [&mut here, &mut there] {
