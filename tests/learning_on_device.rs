@@ -109,6 +109,78 @@ fn images_are_those_of_the_cpu() {
     }
 }
 
+/// Arrays on the device have the bits of the observations that are read back, after each step, after a reset of one environment, from a saved state; with a camera without errors, whose images stay there, and with one whose errors are
+/// added here.
+#[test]
+fn observations_that_stay_on_the_device_have_the_same_bits() {
+    if device().is_none() {
+        return;
+    }
+    for camera in [&[][..], &[("camera", "d435i")]] {
+        let scenario = Scenario::of(camera).unwrap();
+        let spaces = Spaces { depth: true, description: true, ..Spaces::default() };
+        let settings =
+            Settings { backend: Backend::Gpu, spaces, privileged: true, ..Settings::of(Task::Reach) };
+        let (seeds, all) = ([Some(SEED); 2], [true; 2]);
+        let [mut here, mut there] = [(); 2].map(|()| TaskEnv::new(&scenario, &settings, 0..2).unwrap());
+        // Memory that others can open where the driver has it.
+        if there.keep_on_device(true).is_err() {
+            there.keep_on_device(false).unwrap();
+        }
+        for env in [&mut here, &mut there] {
+            env.reset(&seeds, &all).unwrap();
+        }
+        let actions = vec![0.3; 2 * here.interface().policy.action.len()];
+        let steps = if camera.is_empty() { 4 } else { 2 };
+        for step in 0..steps {
+            agree(&here, &mut there, step);
+            if step == steps - 2 {
+                let saved = here.snapshot().unwrap();
+                for env in [&mut here, &mut there] {
+                    env.restore(&saved).unwrap();
+                }
+                agree(&here, &mut there, step);
+            }
+            for env in [&mut here, &mut there] {
+                env.step(&actions, &all).unwrap();
+                if step == steps - 1 {
+                    env.reset(&[None; 2], &[false, true]).unwrap();
+                }
+            }
+        }
+        let measured = agree(&here, &mut there, steps);
+        assert!(measured > 1000, "{camera:?}: {measured} pixels have a depth");
+    }
+}
+
+/// Compares the observations of environments with the arrays of others; returns the number of pixels that have a depth.
+fn agree(here: &TaskEnv, there: &mut TaskEnv, step: usize) -> usize {
+    let mut measured = 0;
+    there.send().unwrap();
+    let fields = here.interface().policy.observation.clone();
+    for (i, (field, array)) in fields.iter().zip(there.device_arrays().unwrap()).enumerate() {
+        let expected: Vec<u8> = (0..2)
+            .flat_map(|k| match &here.observation(k)[i] {
+                Values::F32(numbers) => numbers.iter().flat_map(|x| x.to_le_bytes()).collect(),
+                Values::U8(bytes) => bytes.clone(),
+                Values::Text(_) => Vec::new(),
+            })
+            .collect();
+        let found = array.as_ref().map(|array| array.read().unwrap()).unwrap_or_default();
+        assert!(found == expected, "{} differs after step {step}", field.key);
+        if field.key == "depth_valid" {
+            measured = found.iter().filter(|valid| **valid == 1).count();
+        }
+    }
+    measured
+}
+
+#[test]
+fn observations_of_the_processor_are_not_on_a_device() {
+    let e = env(Task::Reach, Backend::Cpu, 1).keep_on_device(false).unwrap_err().to_string();
+    assert_eq!(e, "backend gpu: the observations are the processor's");
+}
+
 #[test]
 fn an_environment_goes_on_with_the_same_bits_from_a_saved_state() {
     if device().is_none() {

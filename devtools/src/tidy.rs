@@ -34,7 +34,7 @@ pub struct Args {
 }
 
 /// The crates, lowest first. A crate may use only crates that stand before it.
-const LAYERS: [&str; 41] = [
+const LAYERS: [&str; 42] = [
     "quantity",
     "spec",
     "geometry",
@@ -46,6 +46,7 @@ const LAYERS: [&str; 41] = [
     "treephys",
     "exchange",
     "fruit",
+    "tensor",
     "batch",
     "robot",
     "gpu",

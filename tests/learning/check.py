@@ -154,6 +154,23 @@ def rsl_rl_config():
     }
 
 
+def test_tensors_of_the_environments_are_their_arrays():
+    settings = {"control_hz": 1, "obs": ("state", "depth")}
+    given, many = (OrchardVectorEnv("Harvest-v1", 2, **kind, **settings) for kind in ({"tensors": "torch"}, {}))
+    (seen, _), (expected, _) = given.reset(seed=SEED), many.reset(seed=SEED)
+    still = np.zeros(many.action_space.shape, dtype=np.float32)
+    for _ in range(75):
+        assert all(np.array_equal(seen[key].numpy(), expected[key]) for key in expected)
+        seen, *ends, info = given.step(torch.from_numpy(still).double())
+        expected, *wanted, about = many.step(still)
+        assert [end.dtype for end in ends] == [torch.float32, torch.bool, torch.bool]
+        assert all(np.array_equal(end.numpy(), array.astype(end.numpy().dtype)) for end, array in zip(ends, wanted))
+    for last, array in zip(info["final_obs"], about["final_obs"]):
+        assert all(np.array_equal(last[key].numpy(), array[key]) for key in array)
+    for env in (given, many):
+        env.close()
+
+
 def test_rsl_rl_learns():
     from rsl_rl.runners import OnPolicyRunner
 

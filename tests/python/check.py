@@ -12,7 +12,8 @@ import check_benchmark
 import check_episodes
 import check_package
 import check_spaces
+import check_tensors
 from checks import main
 
 if __name__ == "__main__":
-    main([check_spaces, check_episodes, check_benchmark, check_package])
+    main([check_spaces, check_episodes, check_benchmark, check_package, check_tensors])

@@ -126,6 +126,11 @@ impl Sensor {
         }
     }
 
+    /// True if the camera has no errors: it measures the depths of [`Self::exposure`] as they are.
+    pub fn is_exact(&self) -> bool {
+        self.spec.native().is_none() && matches!(self.spec.measurement(), Measurement::Exact)
+    }
+
     /// Draws the truth of an image ([`Capture::truth`]).
     pub fn truth(&self, scene: &Scene, x_world_camera: &Pose) -> Frame {
         let (near, far) = EVERYWHERE;

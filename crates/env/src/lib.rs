@@ -31,6 +31,8 @@ mod harvest;
 mod instruction;
 mod interface;
 mod mover;
+#[cfg(feature = "gpu")]
+mod on_device;
 mod privileged;
 mod report;
 mod rules;
@@ -43,6 +45,8 @@ mod worlds;
 pub use driven::{Driven, Via};
 pub use error::EnvError;
 pub use interface::{Interface, Term};
+#[cfg(feature = "gpu")]
+pub use orchard_gpu::DeviceArray;
 pub use orchard_tasks::plan_file::Backend;
 pub use report::{Report, Statistics};
 pub use rules::{

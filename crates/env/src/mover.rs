@@ -49,6 +49,9 @@ pub(crate) enum Mover {
 pub(crate) struct Device {
     crews: Vec<orchard_lockstep::Lockstep>,
     eyes: Box<orchard_lockstep::Eyes>,
+    gpu: Box<orchard_gpu::Gpu>,
+    /// Observations that stay there, if they do.
+    observed: Option<Box<crate::on_device::OnDevice>>,
 }
 
 #[cfg(feature = "gpu")]
@@ -76,7 +79,7 @@ impl Mover {
                 let crews = orchard_lockstep::Lockstep::crews(&gpu, &samples, lanes, CREWS);
                 let (crews, eyes) =
                     (crews.map_err(|e| device(&e))?, Box::new(orchard_lockstep::Eyes::new(&gpu)));
-                Ok(Self::Gpu(Device { crews, eyes }))
+                Ok(Self::Gpu(Device { crews, eyes, gpu: Box::new(gpu), observed: None }))
             }
         }
     }
@@ -200,7 +203,7 @@ impl Mover {
         Ok(())
     }
 
-    /// Returns the observation of each world, which is given with its lane, with the images that cameras deliver now; each image is its world's latest from now on.
+    /// Returns the observation of each world, which is given with its lane, with the images that cameras deliver now; each image is its world's latest from now on. Nothing is returned where images stay on the device.
     ///
     /// # Errors
     /// The device has no room for the images, or was lost.
@@ -209,7 +212,13 @@ impl Mover {
         match self {
             Self::Cpu => Ok(worlds.par_iter_mut().map(|(_, world)| world.observe()).collect()),
             #[cfg(feature = "gpu")]
-            Self::Gpu(Device { eyes, .. }) => eyes.observe(worlds).map_err(|e| device(&e)),
+            Self::Gpu(Device { eyes, observed, .. }) => {
+                match observed.as_ref().and_then(|observed| observed.depths()) {
+                    Some(depths) => eyes.observe_into(worlds, depths).map(|()| Vec::new()),
+                    None => eyes.observe(worlds),
+                }
+            }
+            .map_err(|e| device(&e)),
         }
     }
 
@@ -222,7 +231,41 @@ impl Mover {
         match self {
             Self::Cpu => Ok(()),
             #[cfg(feature = "gpu")]
-            Self::Gpu(Device { eyes, .. }) => eyes.look_again(worlds).map_err(|e| device(&e)),
+            Self::Gpu(Device { eyes, observed, .. }) => {
+                match observed.as_ref().and_then(|observed| observed.depths()) {
+                    Some(depths) => eyes.look_again_into(worlds, depths),
+                    None => eyes.look_again(worlds),
+                }
+            }
+            .map_err(|e| device(&e)),
+        }
+    }
+
+    /// Keeps the observations of some lanes on the device; `shared`: in memory that others can open.
+    ///
+    /// # Errors
+    /// There is no device, it has no room, or it cannot share memory.
+    #[cfg(feature = "gpu")]
+    pub fn keep_there(
+        &mut self,
+        fields: &[orchard_policy::Field],
+        lanes: usize,
+        shared: bool,
+    ) -> Result<(), EnvError> {
+        let Self::Gpu(Device { gpu, observed, .. }) = self else {
+            return Err(EnvError::Device("the observations are the processor's".to_owned()));
+        };
+        let made = crate::on_device::OnDevice::new(gpu, fields, lanes, shared);
+        *observed = Some(Box::new(made.map_err(|e| device(&e))?));
+        Ok(())
+    }
+
+    /// The observations that stay on the device, if they do.
+    #[cfg(feature = "gpu")]
+    pub fn observed(&mut self) -> Option<&mut crate::on_device::OnDevice> {
+        match self {
+            Self::Cpu => None,
+            Self::Gpu(Device { observed, .. }) => observed.as_deref_mut(),
         }
     }
 

@@ -33,6 +33,8 @@ pub(crate) struct Shared {
     pub rules: LearningRules,
     pub interface: Interface,
     pub encoding: Encoding,
+    /// True if depth images stay on the device that draws them.
+    pub images_elsewhere: bool,
     /// Hash of scenario, protocol and settings, by which saved states know where they belong.
     pub identity: String,
 }
@@ -140,8 +142,10 @@ impl Slot {
             let Some(task) = State::new(&world, of_seed, shared) else { continue };
             let mut stall = StallWatch::new(&shared.protocol.rules, world.spec().sim.frame());
             stall.stalled(&world.sense());
-            if shared.interface.policy.spaces.depth && world.delivers_in(0) {
-                world.observe();
+            match world.delivers().filter(|_| shared.interface.policy.spaces.depth) {
+                Some(sight) if shared.images_elsewhere => world.deliver_undrawn(sight),
+                Some(_) => drop(world.observe()),
+                None => {}
             }
             let pictures = shared.encoding.pictures().map(|request| world.take_pictures(request));
             let (set, sentence) = (shared.encoding.start(), task.sentence(&world, shared, of_seed));
@@ -266,7 +270,7 @@ impl Slot {
     pub fn look(&mut self, shared: &Shared) {
         let Some((world, episode)) = &self.running else { return };
         let depth = world.camera_truth().map(|truth| DepthReading {
-            image: &truth.measured,
+            image: (!shared.images_elsewhere).then(|| truth.measured()),
             time: f64::from(truth.sight.frame) * world.spec().sim.frame(),
         });
         let target = match &episode.task {

@@ -78,7 +78,19 @@ impl TaskEnv {
         let mover = Mover::new(scenario, settings.backend, worlds.len())?;
         let slots = worlds.enumerate().map(|(env, world)| Slot::new(env, world)).collect();
         let scenario = scenario.clone();
-        Ok(Self { shared: Shared { scenario, protocol, rules, interface, encoding, identity }, slots, mover })
+        Ok(Self {
+            shared: Shared {
+                scenario,
+                protocol,
+                rules,
+                interface,
+                encoding,
+                images_elsewhere: false,
+                identity,
+            },
+            slots,
+            mover,
+        })
     }
 
     /// Number of environments.
@@ -251,7 +263,42 @@ impl TaskEnv {
         self.catch_up(env..env + 1)?;
         self.mover.renew(env);
         let slot = &mut self.slots[env];
-        Ok(slot.drive(controller, via, &self.shared))
+        let driven = slot.drive(controller, via, &self.shared);
+        if self.shared.images_elsewhere {
+            self.look_again(&(0..self.slots.len()).map(|k| k == env).collect::<Vec<_>>())?;
+        }
+        Ok(driven)
+    }
+
+    /// Keeps the observations on the graphics device from now on, in arrays of a row an environment ([`Self::device_arrays`]). Depth images are drawn into them; all else is sent by [`Self::send`]. [`Self::observation`] has no depth images then.
+    /// `shared`: in memory that other interfaces can open.
+    ///
+    /// # Errors
+    /// The worlds move on the processor; the device has no room, or cannot share memory.
+    #[cfg(feature = "gpu")]
+    pub fn keep_on_device(&mut self, shared: bool) -> Result<(), EnvError> {
+        let policy = &self.shared.interface.policy;
+        self.mover.keep_there(&policy.observation, self.slots.len(), shared)?;
+        self.shared.images_elsewhere = policy.spaces.depth;
+        self.look_again(&vec![true; self.slots.len()])
+    }
+
+    /// The arrays on the device, one for each field of [`orchard_policy::Interface::observation`] but text; none if there are none.
+    #[cfg(feature = "gpu")]
+    pub fn device_arrays(&mut self) -> Option<&mut [Option<orchard_gpu::DeviceArray>]> {
+        self.mover.observed().map(crate::on_device::OnDevice::arrays)
+    }
+
+    /// Sends the latest observations to the arrays on the device, and waits until they are there.
+    ///
+    /// # Errors
+    /// The device was lost.
+    #[cfg(feature = "gpu")]
+    pub fn send(&mut self) -> Result<(), EnvError> {
+        let Self { shared, slots, mover } = self;
+        let Some(observed) = mover.observed() else { return Ok(()) };
+        let sent = observed.send(&shared.interface.policy.observation, slots);
+        sent.map_err(|e| EnvError::Device(e.to_string()))
     }
 
     /// The world of an environment, for truth and scoring; none before the first reset. On a device its wood and fruit are read now if they are behind.

@@ -119,7 +119,7 @@ fn encoding(scenario: &Scenario, spaces: &Spaces, world: &World) -> Encoding {
 fn look(encoding: &Encoding, world: &mut World, goal: &Option<Goal>) -> Vec<Values> {
     let sensed = world.observe();
     let depth = world.camera_truth().map(|truth| DepthReading {
-        image: &truth.measured,
+        image: Some(truth.measured()),
         time: f64::from(truth.sight.frame) * world.spec().sim.frame(),
     });
     let target = goal.map(|goal| match goal {

@@ -64,6 +64,14 @@ pub enum GpuError {
         /// Number of worlds for which there was room.
         fits: usize,
     },
+    /// Other programs' interfaces cannot see the device's memory.
+    #[error("{adapter} cannot share its memory: {why}")]
+    Unshared {
+        /// Name of the adapter.
+        adapter: String,
+        /// Reason.
+        why: orchard_tensor::ExportError,
+    },
     /// The device stopped working; everything computed since the last read is lost.
     #[error("the graphics device was lost: {0}. Nothing was read from it; create the batch again")]
     Lost(String),

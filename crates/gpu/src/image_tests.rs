@@ -9,9 +9,10 @@ use orchard_robot::RobotModel;
 use orchard_spec::{Preset, Purpose, Spec, Stream};
 use orchard_world::World;
 
+use crate::arrays::DeviceArray;
 use crate::device::{Choice, Gpu, GpuError};
 use crate::direction::direction;
-use crate::images::{ImageBatch, Subject, View};
+use crate::images::{DepthMask, ImageBatch, Subject, View};
 use crate::shapes::{rotation, shapes};
 use crate::testing::device;
 
@@ -210,4 +211,43 @@ fn company_and_parts_change_no_bit_of_an_image() {
     };
     let refused = ImageBatch::new(&small).frames(&[large]).unwrap_err();
     assert!(matches!(refused, GpuError::TooLarge { what: "bytes in one buffer", .. }), "{refused}");
+}
+
+/// Images that stay on the device, in rows of any order and in several parts, have the bits of those that are read; so do masks, whose rows are no whole words here. A row that is cleared or written changes alone.
+#[test]
+fn images_that_stay_have_the_same_bits() {
+    let Some(gpu) = device() else { return };
+    let (width, height, rows) = (5, 3, 600);
+    let mut rng = Stream::new(7, 0, Purpose::Test);
+    let scenes: Vec<Scene> = (0..rows).map(|_| shapes(&mut rng, SHAPES)).collect();
+    let exposure = exposure(width, height, 1.0, Pose::identity(), (0.1, 4.0));
+    let views: Vec<View<'_>> =
+        scenes.iter().map(|scene| View { subject: Subject::Scene(scene), exposure }).collect();
+    let array = |bytes: usize| DeviceArray::new(&gpu, "images", rows, bytes * width * height, false).unwrap();
+    let (depths, masks) = (array(4), array(1));
+    let read = |array: &DeviceArray| array.read().unwrap();
+    masks.write(&vec![7; masks.bytes()]);
+    assert_eq!(read(&masks), vec![7; masks.bytes()]);
+    let drawn = ImageBatch::new(&gpu).depths(&views).unwrap();
+    let backwards: Vec<usize> = (0..rows).rev().collect();
+    ImageBatch::new(&gpu).depths_into(&views, &depths, &backwards).unwrap();
+    let mask = DepthMask::new(&gpu, &depths, &masks);
+    mask.mark();
+    let mut expected: Vec<f32> = drawn.iter().rev().flat_map(|image| image.pixels().to_vec()).collect();
+    let agree = |expected: &[f32]| {
+        assert_eq!(bytemuck::pod_collect_to_vec::<u8, f32>(&read(&depths)), expected);
+        let valid: Vec<u8> = expected.iter().map(|depth| u8::from(*depth > 0.0)).collect();
+        assert_eq!(read(&masks), valid);
+    };
+    agree(&expected);
+    assert!(expected.iter().filter(|depth| **depth > 0.0).count() > rows);
+    let row = |row: usize| row * width * height..(row + 1) * width * height;
+    depths.clear_row(1);
+    depths.write_row(rows - 1, &vec![2.5; width * height]);
+    mask.mark();
+    expected[row(1)].fill(0.0);
+    expected[row(rows - 1)].fill(2.5);
+    agree(&expected);
+    let refused = DeviceArray::new(&gpu, "large", 4, 1 << 40, true).unwrap_err();
+    assert!(matches!(refused, GpuError::TooLarge { fits: 0, .. }), "{refused}");
 }

@@ -27,6 +27,7 @@
 #[cfg(test)]
 extern crate self as orchard_gpu;
 
+mod arrays;
 mod batch;
 #[cfg(test)]
 mod batch_tests;
@@ -77,9 +78,10 @@ mod worlds;
 #[doc = include_str!("../README.md")]
 struct Readme;
 
+pub use arrays::DeviceArray;
 pub use batch::{GpuBatch, Options, Statistics};
 pub use device::{Choice, Gpu, GpuError, GpuInfo};
-pub use images::{ImageBatch, Subject, View};
+pub use images::{DepthMask, ImageBatch, Subject, View};
 pub use memory::Room;
 pub use robots::RobotBatch;
 pub use schedule::{ScheduleError, WARPS};

@@ -1,7 +1,7 @@
 //! Images of many worlds, drawn on a graphics device.
 
 use orchard_geometry::DepthImage;
-use orchard_gpu::{Gpu, GpuError, ImageBatch, Subject, View};
+use orchard_gpu::{DeviceArray, Gpu, GpuError, ImageBatch, Subject, View};
 use orchard_robot::Observation;
 use orchard_world::{Sight, World};
 use rayon::prelude::*;
@@ -52,22 +52,111 @@ impl Eyes {
         Ok(())
     }
 
+    /// As [`Self::observe`], into rows of an array on the device, which has one for each place. The pixels of a camera without errors are drawn there, and here only if someone asks for them; the image of another camera is measured here, and sent.
+    ///
+    /// # Errors
+    /// As [`Self::observe`].
+    pub fn observe_into(
+        &mut self,
+        worlds: &mut [(usize, &mut World)],
+        array: &DeviceArray,
+    ) -> Result<(), GpuError> {
+        let sights: Vec<Option<Sight>> = worlds.par_iter().map(|(_, world)| world.delivers()).collect();
+        if self.draw_into(worlds, &sights, array)? {
+            let deliver = |((_, world), sight): (&mut (usize, &mut World), Option<Sight>)| {
+                if let Some(sight) = sight {
+                    world.deliver_undrawn(sight);
+                }
+            };
+            worlds.par_iter_mut().zip(sights).for_each(deliver);
+            return Ok(());
+        }
+        let is_due: Vec<bool> = sights.iter().map(Option::is_some).collect();
+        self.observe(worlds)?;
+        send(worlds.iter().zip(is_due).filter(|(_, is_due)| *is_due).map(|(world, _)| world), array);
+        Ok(())
+    }
+
+    /// As [`Self::look_again`], into rows of an array on the device. A world without an image has zeros there.
+    ///
+    /// # Errors
+    /// As [`Self::observe`].
+    pub fn look_again_into(
+        &mut self,
+        worlds: &mut [(usize, &mut World)],
+        array: &DeviceArray,
+    ) -> Result<(), GpuError> {
+        let latest = |(_, world): &(usize, &mut World)| world.camera_truth().map(|truth| truth.sight.clone());
+        let sights: Vec<Option<Sight>> = worlds.par_iter().map(latest).collect();
+        for ((place, _), _) in worlds.iter().zip(&sights).filter(|(_, sight)| sight.is_none()) {
+            array.clear_row(*place);
+        }
+        if self.draw_into(worlds, &sights, array)? {
+            let replace = |((_, world), sight): (&mut (usize, &mut World), Option<Sight>)| {
+                if let Some(sight) = sight {
+                    world.replace_undrawn(sight);
+                }
+            };
+            worlds.par_iter_mut().zip(sights).for_each(replace);
+            return Ok(());
+        }
+        self.look_again(worlds)?;
+        send(worlds.iter(), array);
+        Ok(())
+    }
+
+    /// Draws the exposures of sights into the rows of their places; returns false, and draws nothing, if cameras have errors.
+    fn draw_into(
+        &mut self,
+        worlds: &[(usize, &mut World)],
+        sights: &[Option<Sight>],
+        array: &DeviceArray,
+    ) -> Result<bool, GpuError> {
+        if !sights.iter().flatten().all(Sight::is_exact) {
+            return Ok(false);
+        }
+        let seen = there(worlds, sights);
+        let rows: Vec<usize> = seen.iter().map(|(place, _)| *place).collect();
+        let views = self.views(&seen);
+        self.images.depths_into(&views, array, &rows)?;
+        Ok(true)
+    }
+
     /// Draws the exposures of the sights that there are.
     fn draw(
         &mut self,
         worlds: &[(usize, &mut World)],
         sights: &[Option<Sight>],
     ) -> Result<Vec<Option<DepthImage>>, GpuError> {
-        let there =
-            || worlds.iter().zip(sights).filter_map(|((place, _), sight)| Some((*place, sight.as_ref()?)));
-        for (place, sight) in there() {
-            self.images.keep(place, &sight.visible);
-        }
-        let views = there().map(|(place, sight)| View {
-            subject: Subject::Kept { place, x_world_body: &sight.x_world_body },
-            exposure: sight.exposure(),
-        });
-        let mut drawn = self.images.depths(&views.collect::<Vec<_>>())?.into_iter();
+        let views = self.views(&there(worlds, sights));
+        let mut drawn = self.images.depths(&views)?.into_iter();
         Ok(sights.iter().map(|sight| sight.as_ref().and_then(|_| drawn.next())).collect())
+    }
+
+    /// The views of sights, whose scenes the device keeps at their places.
+    fn views<'a>(&mut self, seen: &[(usize, &'a Sight)]) -> Vec<View<'a>> {
+        for (place, sight) in seen {
+            self.images.keep(*place, &sight.visible);
+        }
+        let view = |(place, sight): &(usize, &'a Sight)| View {
+            subject: Subject::Kept { place: *place, x_world_body: &sight.x_world_body },
+            exposure: sight.exposure(),
+        };
+        seen.iter().map(view).collect()
+    }
+}
+
+/// The sights that there are, with the places of their worlds.
+fn there<'a>(worlds: &[(usize, &mut World)], sights: &'a [Option<Sight>]) -> Vec<(usize, &'a Sight)> {
+    let all = worlds.iter().zip(sights);
+    all.filter_map(|((place, _), sight)| Some((*place, sight.as_ref()?))).collect()
+}
+
+/// Sends the latest images of worlds to the rows of their places.
+fn send<'a, 'b: 'a>(worlds: impl Iterator<Item = &'a (usize, &'b mut World)>, array: &DeviceArray) {
+    for (place, world) in worlds {
+        if let Some(truth) = world.camera_truth() {
+            array.write_row(*place, truth.measured().pixels());
+        }
     }
 }

@@ -15,7 +15,7 @@ const ROWS: usize = 144;
 pub fn seen(world: &World, detector: &DetectorConfig) -> Vec<Seen> {
     let Some(truth) = world.camera_truth() else { return Vec::new() };
     let intrinsics = world.sense().intrinsics;
-    let found = detect(&truth.measured, &intrinsics, None, detector).unwrap_or_default();
+    let found = detect(truth.measured(), &intrinsics, None, detector).unwrap_or_default();
     let seen = found.into_iter().map(|found| Seen {
         p_world: transform(&truth.sight.x_world_camera, &found.p_camera),
         radius: found.radius,
@@ -49,7 +49,7 @@ pub fn depth(world: &World, seen: &[Seen], enlarged: usize) -> Option<Image<[u8;
     let truth = world.camera_truth()?;
     let circles = seen.iter().filter_map(|seen| circle(world, &seen.p_world, seen.radius));
     let circles: Vec<(f64, f64, f64)> = circles.map(|circle| (circle.u, circle.v, circle.radius)).collect();
-    Some(depth_picture_enlarged(&truth.measured, &circles, enlarged))
+    Some(depth_picture_enlarged(truth.measured(), &circles, enlarged))
 }
 
 /// A colour picture of the present state with the camera's place and field of view, with the sun's shadow and without the sky's.

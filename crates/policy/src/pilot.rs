@@ -47,7 +47,7 @@ impl Pilot {
         if self.motion.is_some() && self.frame < self.encoding.interface().frames {
             return None;
         }
-        let depth = self.image.as_ref().map(|(image, time)| DepthReading { image, time: *time });
+        let depth = self.image.as_ref().map(|(image, time)| DepthReading { image: Some(image), time: *time });
         Some(self.encoding.read(&Reading {
             sensed,
             depth,

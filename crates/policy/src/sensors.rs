@@ -19,10 +19,16 @@ pub enum Values {
 
 /// A depth image with the time at which it was taken.
 pub struct DepthReading<'a> {
-    /// The image.
-    pub image: &'a DepthImage,
+    /// The image; none if it stays on a graphics device, and its fields are empty.
+    pub image: Option<&'a DepthImage>,
     /// The time, on the clock of the observation \[s\].
     pub time: f64,
+}
+
+impl DepthReading<'_> {
+    fn pixels(&self) -> &[f32] {
+        self.image.map_or(&[], DepthImage::pixels)
+    }
 }
 
 /// Readings from which an observation is made.
@@ -96,14 +102,14 @@ impl Sensors {
             );
             sensors.add(depth, move |reading| {
                 let none = || vec![0.0; width * height];
-                Values::F32(reading.depth.as_ref().map_or_else(none, |depth| depth.image.pixels().to_vec()))
+                let pixels = |depth: &DepthReading<'_>| depth.pixels().to_vec();
+                Values::F32(reading.depth.as_ref().map_or_else(none, pixels))
             });
             let valid = Field::image("depth_valid", "uint8", shape, 1.0, "1", "1 where a depth was measured");
             sensors.add(valid, move |reading| {
                 let none = || vec![0; width * height];
-                let mask = |depth: &DepthReading<'_>| {
-                    depth.image.pixels().iter().map(|&d| u8::from(d > 0.0)).collect()
-                };
+                let mask =
+                    |depth: &DepthReading<'_>| depth.pixels().iter().map(|&d| u8::from(d > 0.0)).collect();
                 Values::U8(reading.depth.as_ref().map_or_else(none, mask))
             });
             sensors.add_times("depth_time", |reading| reading.depth.as_ref().map(|depth| depth.time));

@@ -110,16 +110,16 @@ fn opened<'py, T: Element>(
     array.try_readwrite().map_err(|e| refused(format!("cannot be written: {e}")))
 }
 
-/// Writes the observations of all environments on the current threads; an environment before its first reset has zeros.
+/// Writes the observations of all environments on the current threads; an environment before its first reset has zeros, and so have images that stay on a device.
 pub fn fill(env: &TaskEnv, numbers: Vec<(usize, Numbers<'_>)>) {
     for (i, numbers) in numbers {
         match numbers {
             Numbers::F32(all) => rows(all, env.len(), |k, row| match env.observation(k).get(i) {
-                Some(Values::F32(values)) => row.copy_from_slice(values),
+                Some(Values::F32(values)) if values.len() == row.len() => row.copy_from_slice(values),
                 _ => row.fill(0.0),
             }),
             Numbers::U8(all) => rows(all, env.len(), |k, row| match env.observation(k).get(i) {
-                Some(Values::U8(values)) => row.copy_from_slice(values),
+                Some(Values::U8(values)) if values.len() == row.len() => row.copy_from_slice(values),
                 _ => row.fill(0),
             }),
         }

@@ -15,6 +15,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use crate::arrays;
 use crate::buffers::{self, Buffers};
 use crate::guard::{detached, exception};
+use crate::tensors::OnCard;
 
 /// Environments of one task that step together.
 #[pyclass(module = "orchardbench._native")]
@@ -24,6 +25,8 @@ pub struct Core {
     pool: ThreadPool,
     /// Arrays of its own for observations; none if each observation has new ones.
     buffers: Option<Buffers>,
+    /// Observations that stay on a card, if they do.
+    card: Option<OnCard>,
     /// The process that made it: threads are not in a forked one.
     process: u32,
 }
@@ -67,7 +70,7 @@ pub fn resolved(py: Python<'_>, file: Option<PathBuf>, options: Vec<(String, Str
 #[pymethods]
 impl Core {
     /// Makes environments: `options` are those of a scenario on the command line, `pixels` height, width and rate of pictures, `backend` cpu or gpu, `worlds` the first index and the number of worlds, `threads` 0 for
-    /// one a core; with `copy` each observation has arrays of its own.
+    /// one a core; with `copy` each observation has arrays of its own. With `card` the observations stay on the graphics device, which must be CUDA's device of that number, or any of CUDA's if it is negative.
     #[new]
     #[expect(clippy::too_many_arguments, reason = "the keyword arguments of Python")]
     fn new(
@@ -85,6 +88,7 @@ impl Core {
         worlds: (u32, u32),
         threads: usize,
         copy: bool,
+        card: Option<i64>,
     ) -> PyResult<Self> {
         let settings = || -> Result<Settings, EnvError> {
             let settings = Settings::of(Task::named(task)?).rewarding(reward)?;
@@ -100,11 +104,12 @@ impl Core {
         let scenario = resolved(py, scenario, options)?;
         let (first, count) = worlds;
         let range = first..first.saturating_add(count);
-        let env = detached(py, || TaskEnv::new(&scenario, &settings, range))?.map_err(exception)?;
+        let mut env = detached(py, || TaskEnv::new(&scenario, &settings, range))?.map_err(exception)?;
         let pool = ThreadPoolBuilder::new().num_threads(threads).build();
         let pool = pool.map_err(|e| PyRuntimeError::new_err(format!("threads {threads}: {e}")))?;
-        let buffers = if copy { None } else { Some(Buffers::new(py, &env)?) };
-        Ok(Self { env, pool, buffers, process: std::process::id() })
+        let card = card.map(|number| OnCard::new(py, &mut env, number.try_into().ok())).transpose()?;
+        let buffers = if copy || card.is_some() { None } else { Some(Buffers::new(py, &env)?) };
+        Ok(Self { env, pool, buffers, card, process: std::process::id() })
     }
 
     /// The conventions as JSON text.
@@ -170,6 +175,22 @@ impl Core {
         })
     }
 
+    /// The arrays on the card by key, the same at every time; none if the observations do not stay there.
+    fn card_arrays<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        self.card.as_ref().map(|card| card.arrays(py)).transpose()
+    }
+
+    /// Sends the observations to the arrays on the card and waits until they are there; returns the texts, which are not.
+    fn send<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        #[cfg(feature = "gpu")]
+        self.compute(py, TaskEnv::send)?;
+        let texts = PyDict::new(py);
+        for (key, text) in buffers::texts(py, &self.env)? {
+            texts.set_item(key, text)?;
+        }
+        Ok(texts)
+    }
+
     /// Rewards, ends, true if an episode ended, and info of the environments that the mask names, of all without one.
     fn reports<'py>(
         &self,
@@ -211,14 +232,18 @@ impl Core {
         )))
     }
 
-    /// Computes on the own threads, without the interpreter's lock.
+    /// Computes on the own threads, without the interpreter's lock, after work of CUDA that may read what is written.
     fn compute<T: Send>(
         &mut self,
         py: Python<'_>,
         compute: impl FnOnce(&mut TaskEnv) -> Result<T, EnvError> + Send,
     ) -> PyResult<T> {
         self.check_process()?;
-        let (env, pool) = (&mut self.env, &self.pool);
-        detached(py, || pool.install(|| compute(env)))?.map_err(exception)
+        let (env, pool, card) = (&mut self.env, &self.pool, &self.card);
+        let all = || {
+            card.as_ref().map_or(Ok(()), OnCard::wait)?;
+            pool.install(|| compute(env))
+        };
+        detached(py, all)?.map_err(exception)
     }
 }

@@ -7,6 +7,7 @@ mod benchmark;
 mod buffers;
 mod core;
 mod guard;
+mod tensors;
 
 use pyo3::prelude::*;
 
@@ -20,6 +21,7 @@ fn run_program(py: Python<'_>, line: Vec<String>) -> PyResult<u8> {
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<core::Core>()?;
+    module.add_class::<tensors::CudaTensor>()?;
     module.add_function(wrap_pyfunction!(benchmark::run_benchmark, module)?)?;
     module.add_function(wrap_pyfunction!(benchmark::command_log, module)?)?;
     module.add_function(wrap_pyfunction!(run_program, module)?)

@@ -33,7 +33,7 @@ fn the_wrist_camera_shows_the_latest_image_once() {
         assert!(tab.wrist().is_none());
     }
     let truth = tab.session().world().camera_truth().unwrap();
-    let (last, image) = (views.last().unwrap(), &truth.measured);
+    let (last, image) = (views.last().unwrap(), truth.measured());
     assert!(last.frame == truth.sight.frame && last.size == [image.width(), image.height()]);
     assert!(last.picture == last.size && last.dots.len() == 4 * image.pixels().len());
     assert!(views.windows(2).all(|pair| pair[0].frame < pair[1].frame));

@@ -36,24 +36,34 @@ impl Sight {
         self.sensor.exposure(&self.x_world_camera)
     }
 
+    /// True if the camera has no errors: the exact image is the one that it measures.
+    pub fn is_exact(&self) -> bool {
+        self.sensor.is_exact()
+    }
+
     /// Takes the image, drawn here.
     pub(crate) fn take(self) -> CameraTruth {
         let Capture { measured, truth } = self.sensor.capture(&self.scene(), &self.x_world_camera, self.key);
-        CameraTruth { measured, sight: self, truth: OnceLock::from(truth), fruit: OnceLock::new() }
+        CameraTruth { measured: measured.into(), truth: truth.into(), ..self.undrawn() }
+    }
+
+    /// The image, drawn elsewhere.
+    pub(crate) fn undrawn(self) -> CameraTruth {
+        let (measured, truth, fruit) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
+        CameraTruth { measured, sight: self, truth, fruit }
     }
 
     /// Makes the image of the depths of [`Self::exposure`], drawn elsewhere.
     pub(crate) fn taken_from(self, seen: &DepthImage) -> CameraTruth {
-        let measured = self.sensor.measure(seen, self.key);
-        CameraTruth { measured, sight: self, truth: OnceLock::new(), fruit: OnceLock::new() }
+        let measured = self.sensor.measure(seen, self.key).into();
+        CameraTruth { measured, ..self.undrawn() }
     }
 }
 
 /// One image of the wrist camera with the truth behind it, which is drawn when it is asked for.
 #[derive(Debug, Clone)]
 pub struct CameraTruth {
-    /// Measured depth along the optical axis \[m\], 0 without a measurement.
-    pub measured: DepthImage,
+    measured: OnceLock<DepthImage>,
     /// The scene and the camera.
     pub sight: Sight,
     truth: OnceLock<Frame>,
@@ -61,6 +71,13 @@ pub struct CameraTruth {
 }
 
 impl CameraTruth {
+    /// Measured depth along the optical axis \[m\], 0 without a measurement. An image that was drawn elsewhere and stayed there ([`World::deliver_undrawn`](crate::World::deliver_undrawn)) is drawn here now.
+    pub fn measured(&self) -> &DepthImage {
+        let Sight { sensor, key, .. } = &self.sight;
+        self.measured
+            .get_or_init(|| sensor.measure(&self.sight.exposure().draw(&self.sight.scene()).depth, *key))
+    }
+
     /// True depth, labels and instances ([`Capture::truth`]).
     pub fn truth(&self) -> &Frame {
         let Sight { sensor, x_world_camera, .. } = &self.sight;

@@ -63,7 +63,7 @@ fn images_come_late_and_say_when_they_were_taken() {
             let truth = world.camera_truth().unwrap();
             let latest = (0..=LAST as usize - frames).rev().find(|taken| taken % period == 0).unwrap();
             assert_eq!(truth.sight.frame as usize, latest);
-            assert_eq!(Some(&truth.measured), prompt[latest].depth.as_ref());
+            assert_eq!(Some(truth.measured()), prompt[latest].depth.as_ref());
         }
     }
 }
@@ -115,7 +115,7 @@ fn images_in_flight_are_saved() {
                     assert_eq!((a.depth_time, a.arm_q), (b.depth_time, b.arm_q));
                 }
                 let (a, b) = (again.camera_truth().unwrap(), first.camera_truth().unwrap());
-                assert_eq!((a.sight.frame, &a.measured), (b.sight.frame, &b.measured));
+                assert_eq!((a.sight.frame, a.measured()), (b.sight.frame, b.measured()));
                 assert_eq!((a.truth(), a.fruit()), (b.truth(), b.fruit()));
             }
         }

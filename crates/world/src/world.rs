@@ -242,6 +242,17 @@ impl World {
         observation
     }
 
+    /// Takes the image that the camera delivers now ([`Self::delivers`]) as the latest one without its pixels: they are drawn elsewhere and stay there, and are drawn here only if someone asks ([`CameraTruth::measured`]).
+    pub fn deliver_undrawn(&mut self, sight: Sight) {
+        self.keep_motion(sight.frame);
+        self.replace_undrawn(sight);
+    }
+
+    /// Replaces the latest image by one of the same sight whose pixels are elsewhere.
+    pub fn replace_undrawn(&mut self, sight: Sight) {
+        self.state.image = Some(Arc::new(sight.undrawn()));
+    }
+
     /// Replaces the latest image by one of the same sight that was drawn elsewhere.
     pub fn replace_image(&mut self, sight: Sight, seen: &DepthImage) {
         self.state.image = Some(Arc::new(sight.taken_from(seen)));
@@ -259,7 +270,7 @@ impl World {
         let sensed = Observation { pictures, ..self.sense() };
         let Some(truth) = image else { return sensed };
         let depth_time = f64::from(truth.sight.frame) * self.spec.sim.frame();
-        Observation { depth: Some(truth.measured.clone()), depth_time, ..sensed }
+        Observation { depth: Some(truth.measured().clone()), depth_time, ..sensed }
     }
 
     /// Returns the observation of [`Self::observe`] without depth image and pictures, which are not drawn.

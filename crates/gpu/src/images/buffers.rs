@@ -104,11 +104,14 @@ pub(super) struct Buffers {
     pub solids: wgpu::Buffer,
     pub corners: wgpu::Buffer,
     pub bodies: wgpu::Buffer,
+    posed: wgpu::Buffer,
+    rectangles: wgpu::Buffer,
     pub depths: wgpu::Buffer,
     pub items: wgpu::Buffer,
     /// Depths, then items.
     pub staging: wgpu::Buffer,
-    bindings: wgpu::BindGroup,
+    /// Bindings of these buffers.
+    pub bindings: wgpu::BindGroup,
 }
 
 impl Buffers {
@@ -136,26 +139,40 @@ impl Buffers {
         let items = buffer("items", sizes.pixels * PIXEL_BYTES);
         let read = BufferUsages::MAP_READ | BufferUsages::COPY_DST;
         let staging = create_buffer(gpu, "images", 2 * sizes.pixels * PIXEL_BYTES, read);
-        let bound = [&views, &solids, &corners, &bodies, &posed, &rectangles, &depths, &items];
-        let entries: Vec<_> = (0..)
-            .zip(bound)
-            .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
-            .collect();
-        let layout = &pipelines.bindings;
-        let descriptor = wgpu::BindGroupDescriptor { label: None, layout, entries: &entries };
-        let bindings = gpu.device.create_bind_group(&descriptor);
-        Self { sizes, views, solids, corners, bodies, depths, items, staging, bindings }
+        let bindings =
+            bind(gpu, pipelines, [&views, &solids, &corners, &bodies, &posed, &rectangles, &depths, &items]);
+        Self { sizes, views, solids, corners, bodies, posed, rectangles, depths, items, staging, bindings }
     }
 
-    /// Records the drawing of the views.
-    pub fn record(&self, encoder: &mut wgpu::CommandEncoder, pipelines: &ImagePipelines, groups: Groups) {
-        for (kernel, count) in [(&pipelines.bound, groups.bound), (&pipelines.draw, groups.tiles)] {
-            if count > 0 {
-                let mut pass = encoder.begin_compute_pass(&Default::default());
-                pass.set_bind_group(0, &self.bindings, &[]);
-                pass.set_pipeline(kernel);
-                pass.dispatch_workgroups(count as u32, groups.views as u32, 1);
-            }
+    /// Binds the buffers, with others for the depths.
+    pub fn bind(&self, gpu: &Gpu, pipelines: &ImagePipelines, depths: &wgpu::Buffer) -> wgpu::BindGroup {
+        let Self { views, solids, corners, bodies, posed, rectangles, items, .. } = self;
+        bind(gpu, pipelines, [views, solids, corners, bodies, posed, rectangles, depths, items])
+    }
+}
+
+fn bind(gpu: &Gpu, pipelines: &ImagePipelines, buffers: [&wgpu::Buffer; 8]) -> wgpu::BindGroup {
+    let entries: Vec<_> = (0..)
+        .zip(buffers)
+        .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
+        .collect();
+    let layout = &pipelines.bindings;
+    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
+}
+
+/// Records the drawing of the views.
+pub(super) fn record(
+    encoder: &mut wgpu::CommandEncoder,
+    pipelines: &ImagePipelines,
+    bindings: &wgpu::BindGroup,
+    groups: Groups,
+) {
+    for (kernel, count) in [(&pipelines.bound, groups.bound), (&pipelines.draw, groups.tiles)] {
+        if count > 0 {
+            let mut pass = encoder.begin_compute_pass(&Default::default());
+            pass.set_bind_group(0, bindings, &[]);
+            pass.set_pipeline(kernel);
+            pass.dispatch_workgroups(count as u32, groups.views as u32, 1);
         }
     }
 }

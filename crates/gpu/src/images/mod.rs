@@ -1,10 +1,13 @@
 //! Exact depth images of many scenes at once.
 
 mod buffers;
+mod into;
 mod kept;
+mod mask;
 pub(crate) mod pipelines;
 mod solids;
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use orchard_camera::{Exposure, Frame, Item, Label, MovingScene, NO_INSTANCE, Scene};
@@ -13,8 +16,10 @@ use rayon::prelude::*;
 
 use crate::device::{Gpu, GpuError};
 use crate::layout::QUAD;
-use buffers::{BODY_BYTES, Buffers, Groups, Header, PIXEL_BYTES, SOLID_BYTES, Sizes};
+use buffers::{BODY_BYTES, Buffers, Groups, Header, PIXEL_BYTES, SOLID_BYTES, Sizes, record};
+use into::Rows;
 use kept::Kept;
+pub use mask::DepthMask;
 use pipelines::{BOUND_THREADS, TILE};
 use solids::{MOST_BODIES, MOST_MESHES, Meshes, WORDS};
 
@@ -56,6 +61,8 @@ pub enum Subject<'a> {
 pub struct ImageBatch {
     gpu: Gpu,
     buffers: Option<Buffers>,
+    /// Bindings of the latest call.
+    bound: Option<wgpu::BindGroup>,
     groups: Groups,
     kept: Kept,
     meshes: Meshes,
@@ -77,6 +84,7 @@ impl ImageBatch {
         Self {
             gpu: gpu.clone(),
             buffers: None,
+            bound: None,
             groups: Groups::default(),
             kept: Kept::default(),
             meshes: Meshes::default(),
@@ -135,11 +143,11 @@ impl ImageBatch {
     /// # Errors
     /// The device was lost.
     pub fn draw_again(&self, times: usize) -> Result<(), GpuError> {
-        let Some(buffers) = &self.buffers else { return Ok(()) };
+        let Some(bound) = &self.bound else { return Ok(()) };
         let pipelines = self.gpu.image_pipelines();
         for _ in 0..times {
             let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-            buffers.record(&mut encoder, pipelines, self.groups);
+            record(&mut encoder, pipelines, bound, self.groups);
             self.gpu.queue.submit([encoder.finish()]);
         }
         self.gpu.wait()
@@ -152,13 +160,28 @@ impl ImageBatch {
         wants_items: bool,
         make: impl Fn(&Kept, &View<'_>, &[f32], &[u32]) -> T + Sync,
     ) -> Result<Vec<T>, GpuError> {
+        let mut made = Vec::with_capacity(views.len());
+        self.in_parts(views, usize::MAX, |batch, range, most| {
+            let now = &views[range];
+            let submitted = batch.submit(now, wants_items, most, None)?;
+            batch.read(now, wants_items, submitted, &make, &mut made)
+        })?;
+        Ok(made)
+    }
+
+    /// Calls `draw` for the ranges of views that are drawn at once, at most some, with the bytes that a buffer may have.
+    fn in_parts(
+        &mut self,
+        views: &[View<'_>],
+        most_views: usize,
+        mut draw: impl FnMut(&mut Self, Range<usize>, usize) -> Result<(), GpuError>,
+    ) -> Result<(), GpuError> {
         let limits = self.gpu.device.limits();
         let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size / 2) as usize;
-        let most_views = limits.max_compute_workgroups_per_dimension as usize;
+        let most_views = most_views.min(limits.max_compute_workgroups_per_dimension as usize);
         self.kept.pack(&mut self.meshes);
-        let mut made = Vec::with_capacity(views.len());
-        let mut left = views;
-        while !left.is_empty() {
+        let mut done = 0;
+        while done < views.len() {
             // An item has one solid but for hulls and uneven ground, which the limit checked below allows for.
             let bytes = |view: &View<'_>| {
                 let (width, height) = size_of_view(view);
@@ -168,25 +191,24 @@ impl ImageBatch {
                 };
                 (PIXEL_BYTES * width * height).max(SOLID_BYTES * solids)
             };
-            let sums = left.iter().scan(0, |sum, view| {
+            let sums = views[done..].iter().scan(0, |sum, view| {
                 *sum += bytes(view);
                 Some(*sum)
             });
             let count = sums.take(most_views).take_while(|sum| *sum <= AT_ONCE.min(most)).count().max(1);
-            let (now, later) = left.split_at(count);
-            let submitted = self.submit(now, wants_items, most)?;
-            self.read(now, wants_items, submitted, &make, &mut made)?;
-            left = later;
+            draw(self, done..done + count, most)?;
+            done += count;
         }
-        Ok(made)
+        Ok(())
     }
 
-    /// Sends views to the device and draws them.
+    /// Sends views to the device and draws them, into the rows of an array if they are given.
     fn submit(
         &mut self,
         views: &[View<'_>],
         wants_items: bool,
         most: usize,
+        into: Option<Rows<'_>>,
     ) -> Result<wgpu::SubmissionIndex, GpuError> {
         for view in views {
             if let Subject::Scene(scene) = view.subject {
@@ -203,8 +225,9 @@ impl ImageBatch {
         };
         let mut headers = Vec::with_capacity(views.len());
         let counts = packed.iter().flat_map(|packed| &packed.counts);
-        for (view, (solids, bodies)) in views.iter().zip(counts) {
+        for (k, (view, (solids, bodies))) in views.iter().zip(counts).enumerate() {
             let (width, height) = size_of_view(view);
+            let size = width * height;
             let (first, count) = match view.subject {
                 Subject::Scene(_) => (sizes.solids, *solids),
                 Subject::Kept { place, .. } => (kept.first(place), kept.solids(place)),
@@ -212,12 +235,13 @@ impl ImageBatch {
             headers.push(Header {
                 first: first as u32,
                 count: count as u32,
+                pixels: into.map_or(sizes.pixels, |into| size * into.rows[k]) as u32,
                 ..header(view, wants_items, sizes)
             });
             sizes.solids += solids;
             sizes.posed += count;
             sizes.bodies += bodies;
-            sizes.pixels += width * height;
+            sizes.pixels += if into.is_none() { size } else { 0 };
         }
         self.check(views, sizes, most)?;
         let pipelines = self.gpu.image_pipelines();
@@ -253,7 +277,12 @@ impl ImageBatch {
         self.groups = Groups { views: views.len(), bound: most_solids.div_ceil(BOUND_THREADS), tiles };
         let pixels = sizes.pixels;
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        buffers.record(&mut encoder, pipelines, self.groups);
+        let bound = match into {
+            Some(into) => buffers.bind(&self.gpu, pipelines, &into.array.buffer),
+            None => buffers.bindings.clone(),
+        };
+        record(&mut encoder, pipelines, &bound, self.groups);
+        self.bound = Some(bound);
         let bytes = (PIXEL_BYTES * pixels) as u64;
         encoder.copy_buffer_to_buffer(&buffers.depths, 0, &buffers.staging, 0, bytes);
         if wants_items {

@@ -26,9 +26,10 @@ use crate::rows::{Effort, Suite, run_suite};
                   Rows of env-gpu, for 512 and 4,096 environments (N), each beside one of its resets:\n  \
                   env.gpu_N          from state, worlds on the device\n  \
                   env.gpu_depth_N    with a depth image of 128 x 128, drawn there, in every step\n  \
+                  env.gpu_depth_stays_N  the same, with observations that stay on the device\n  \
                   env.cpu_depth_N    the same on the processor alone\n\n\
                   Rows of images, each on the device alone (.device) and with sending and reading:\n  \
-                  images.depth_128, images.labels_128, images.d435i_exact; images.d435i with the camera's noise\n\n\
+                  images.depth_128 (.stays: sending alone, to images that stay there), images.labels_128, images.d435i_exact; images.d435i with the camera's noise\n\n\
                   A missed target gives exit code 1. Suites of other parts, for developers: cargo xtask perf.\n\n\
                   Example:\n  orchard perf env --json env.json"
 )]

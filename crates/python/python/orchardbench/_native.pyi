@@ -7,7 +7,7 @@ from typing import Any, Self, final
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Core", "__version__", "command_log", "run_benchmark", "run_program"]
+__all__ = ["Core", "CudaTensor", "__version__", "command_log", "run_benchmark", "run_program"]
 __version__: str
 
 def run_program(line: list[str]) -> int: ...
@@ -26,6 +26,18 @@ def run_benchmark(
 def command_log(folder: str | PathLike[str], episode: str) -> str: ...
 
 @final
+class CudaTensor:
+    def __dlpack__(
+        self,
+        *,
+        stream: Any | None = None,
+        max_version: tuple[int, int] | None = None,
+        dl_device: tuple[int, int] | None = None,
+        copy: bool | None = None,
+    ) -> Any: ...
+    def __dlpack_device__(self) -> tuple[int, int]: ...
+
+@final
 class Core:
     def __new__(
         cls,
@@ -42,6 +54,7 @@ class Core:
         worlds: tuple[int, int],
         threads: int,
         copy: bool,
+        card: int | None,
     ) -> Self: ...
     def interface(self) -> str: ...
     def write_interface(self, file: str | PathLike[str]) -> None: ...
@@ -49,6 +62,8 @@ class Core:
     def step(self, actions: NDArray[np.float32], resets: NDArray[np.bool_] | None) -> None: ...
     def observations(self, again: bool) -> dict[str, Any]: ...
     def observe_into(self, arrays: dict[str, NDArray[Any]]) -> None: ...
+    def card_arrays(self) -> dict[str, CudaTensor] | None: ...
+    def send(self) -> dict[str, tuple[str, ...]]: ...
     def reports(
         self, mask: NDArray[np.bool_] | None
     ) -> tuple[NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], bool, dict[str, Any]]: ...

@@ -61,8 +61,8 @@ OPTIONS = ("preset", "config", "tree", "randomisation", "robot", "camera")
 FLOAT32 = np.dtype(np.float32)
 
 
-def make_core(task: str, num_envs: int, threads: int, copy: bool, settings: Settings) -> Core:
-    """Makes the environments of a task; raises ``ValueError`` for settings that do not fit and ``TypeError`` for unknown ones."""
+def make_core(task: str, num_envs: int, threads: int, copy: bool, settings: Settings, card: int | None = None) -> Core:
+    """Makes the environments of a task, whose observations stay on a card if it is given; raises ``ValueError`` for settings that do not fit and ``TypeError`` for unknown ones."""
     unknown = set(settings) - set(Settings.__annotations__)
     if unknown:
         known = ", ".join(Settings.__annotations__)
@@ -84,6 +84,7 @@ def make_core(task: str, num_envs: int, threads: int, copy: bool, settings: Sett
         (whole("world", settings.get("world", 0), 2**32), whole("num_envs", num_envs, 2**32)),
         whole("threads", threads, 2**16),
         bool(copy),
+        card,
     )
 
 

@@ -14,18 +14,24 @@ from numpy.typing import NDArray
 
 from orchardbench._native import Core
 from orchardbench._settings import Settings, checked_actions, interface_of, make_core, spaces_of, whole
+from orchardbench._tensors import given_as
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-Observations = dict[str, NDArray[Any]]
+Observations = dict[str, Any]
 Mask = NDArray[np.bool_]
-Stepped = tuple[Observations, NDArray[np.float64], Mask, Mask, dict[str, Any]]
+Stepped = tuple[Observations, Any, Any, Any, dict[str, Any]]
 
 
 class OrchardVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any]]):
     """A task of the benchmark in many worlds, on all cores. Environment ``k`` has world ``world + k`` of its seed, and its bits do not
-    depend on the other environments."""
+    depend on the other environments.
+
+    ``tensors`` is the form of observations, rewards and ends: ``"numpy"`` (default), ``"torch"``, or ``"dlpack"``. ``device`` is where they are:
+    ``"cpu"`` (default), or with ``backend="gpu"`` on a card of NVIDIA ``"cuda"`` or ``"cuda:N"``, where observations stay on the card that draws them. With
+    ``copy=False`` such a tensor is the memory that the environments write: the same at every step, overwritten by the next step or reset, which first
+    waits for the work that CUDA has to do. With ``copy=True`` (default) each observation is a copy of its own, on the same device."""
 
     def __init__(
         self,
@@ -35,12 +41,16 @@ class OrchardVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any]
         threads: int = 0,
         copy: bool = True,
         render_mode: None = None,
+        tensors: str = "numpy",
+        device: object = "cpu",
         **settings: Unpack[Settings],
     ) -> None:
         if render_mode is not None:
             raise ValueError(f"render_mode {render_mode}: the environment has none; `orchard render` draws a world")
         self.autoreset_mode = _mode(autoreset_mode)
-        self._core: Core | None = make_core(task, num_envs, threads, copy, settings)
+        self._form = given_as(tensors, device, copy, self.autoreset_mode, settings.get("backend"))
+        self._core: Core | None = make_core(task, num_envs, threads, copy, settings, self._form.card)
+        self._form.open(self._core)
         self.metadata = {"render_modes": [], "autoreset_mode": self.autoreset_mode}
         self.num_envs = num_envs
         self.interface = interface_of(self._core)
@@ -76,7 +86,7 @@ class OrchardVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any]
         core.reset(seeds, mask)
         if self._resets is not None:
             self._resets = self._resets & ~mask
-        return core.observations(False), core.reports(mask)[4]
+        return self._form.observe(core, False), core.reports(mask)[4]
 
     def _seeds(self, seed: int | Sequence[int | None] | None) -> list[int | None]:
         if seed is None or isinstance(seed, (int, np.integer)):
@@ -105,14 +115,19 @@ class OrchardVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any]
             raise ValueError("reset_mask names no environment")
         return mask.copy()
 
-    def step(self, actions: NDArray[np.float32]) -> Stepped:
-        core = self._open()
-        return self._advance(core, actions, core.observations)
+    def step(self, actions: Any) -> Stepped:
+        """Takes an action in every environment: a row of numbers each, as an array of numpy or a tensor."""
+        core, form = self._open(), self._form
+        observations, *ends, info = self._advance(core, form.actions(actions), lambda again: form.observe(core, again))
+        reward, terminated, truncated = map(form.values, ends)
+        return observations, reward, terminated, truncated, info
 
     def step_into(self, actions: NDArray[np.float32], buffers: dict[str, NDArray[Any]]) -> dict[str, Any]:
         """Steps as :meth:`step` does, and writes the results into arrays of the caller's: the observations under their keys, but for text,
         and ``reward``, ``terminated`` and ``truncated``. Returns the info."""
         core = self._open()
+        if self._form.card is not None:
+            raise ValueError("step_into writes arrays of numpy, but the observations stay on the device; give device=\"cpu\"")
         results = {key: buffers.get(key) for key in ("reward", "terminated", "truncated")}
         for key, array in results.items():
             kind = "f" if key == "reward" else "b"
@@ -144,10 +159,14 @@ class OrchardVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any]
         if self.autoreset_mode == AutoresetMode.NEXT_STEP:
             self._resets = ended
             return observations, reward, terminated, truncated, info
-        final = np.full(self.num_envs, None, dtype=object)
-        for k in np.flatnonzero(ended):
-            rows = ((key, values[k]) for key, values in observations.items())
-            final[k] = {key: row.copy() if isinstance(row, np.ndarray) else row for key, row in rows}
+        final, places = np.full(self.num_envs, None, dtype=object), np.flatnonzero(ended)
+        # Copies: the reset below writes the same memory.
+        last = {
+            key: [values[k] for k in places] if isinstance(values, tuple) else values[places]
+            for key, values in observations.items()
+        }
+        for row, k in enumerate(places):
+            final[k] = {key: values[row] for key, values in last.items()}
         finals = {"final_obs": final, "_final_obs": ended, "final_info": core.reports(ended)[4], "_final_info": ended}
         core.reset([None] * self.num_envs, ended)
         return observe(True), reward, terminated, truncated, finals | core.reports(None)[4]
@@ -166,7 +185,7 @@ class OrchardVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any]
         core.restore(list(states))
         _, terminated, truncated, any_ended, info = core.reports(None)
         self._resets = terminated | truncated if any_ended and self.autoreset_mode == AutoresetMode.NEXT_STEP else None
-        return core.observations(False), info
+        return self._form.observe(core, False), info
 
     def close_extras(self, **kwargs: Any) -> None:
         self._core = None

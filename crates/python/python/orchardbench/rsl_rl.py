@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 class OrchardRslRl(VecEnv):
     """A task in many worlds as the vector environment of rsl_rl. Group ``policy`` of an observation holds all numbers, one field after
     another in the order of ``envs.interface["observation"]``; each image is a group of its own, channels first, as float32 (depth in
-    metres, colours and masks from 0 to 1)."""
+    metres, colours and masks from 0 to 1). With ``backend="gpu"`` and a ``device`` of CUDA the observations stay on the card that draws them."""
 
     def __init__(
         self,
@@ -36,7 +36,11 @@ class OrchardRslRl(VecEnv):
         device: str | torch.device = "cpu",
         **settings: Unpack[Settings],
     ) -> None:
-        self.envs = OrchardVectorEnv(task, num_envs, AutoresetMode.SAME_STEP, threads, **settings)
+        stays = str(device).startswith("cuda") and settings.get("backend") == "gpu"
+        # Copies (the default): rsl_rl stores an observation after the next step.
+        self.envs = OrchardVectorEnv(
+            task, num_envs, AutoresetMode.SAME_STEP, threads, tensors="torch", device=device if stays else "cpu", **settings
+        )
         self.cfg: dict[str, Any] = {"task": task, "seed": seed, **settings}
         self.device = device
         self.num_envs = num_envs
@@ -50,19 +54,16 @@ class OrchardRslRl(VecEnv):
         return self._tensors(self._observations)
 
     def step(self, actions: torch.Tensor) -> tuple[TensorDict, torch.Tensor, torch.Tensor, dict[str, Any]]:
-        array = actions.detach().to("cpu", torch.float32).numpy()
-        self._observations, reward, terminated, truncated, info = self.envs.step(array)
-        ended = terminated | truncated
-        dones = torch.from_numpy(ended).to(self.device)
+        self._observations, reward, terminated, truncated, info = self.envs.step(actions.detach())
+        dones = (terminated | truncated).to(self.device)
         self.episode_length_buf = torch.where(dones, 0, self.episode_length_buf + 1)
-        extras: dict[str, Any] = {"time_outs": torch.from_numpy(truncated & ~terminated).to(self.device)}
-        if ended.any():
-            final = info["final_info"]
+        extras: dict[str, Any] = {"time_outs": (truncated & ~terminated).to(self.device)}
+        if "final_info" in info:
+            final, ended = info["final_info"], info["_final_info"]
             statistics = {name: final["statistics"][name][ended] for name in ("cost", "completeness", "deposited")}
             log = {"success": final["is_success"][ended]} | statistics
             extras["log"] = {f"/episode/{name}": float(np.mean(values)) for name, values in log.items()}
-        reward_tensor = torch.from_numpy(reward.astype(np.float32)).to(self.device)
-        return self._tensors(self._observations), reward_tensor, dones.long(), extras
+        return self._tensors(self._observations), reward.to(self.device), dones.long(), extras
 
     def _tensors(self, observations: Observations) -> TensorDict:
         numbers, groups = [], {}
@@ -71,8 +72,8 @@ class OrchardRslRl(VecEnv):
             if values.ndim == 2:
                 numbers.append(values)
                 continue
-            image = torch.from_numpy(values.astype(np.float32) / (255.0 if values.ndim == 4 else 1.0))
-            groups[key] = (image.permute(0, 3, 1, 2) if values.ndim == 4 else image[:, None]).contiguous().to(self.device)
+            image = values.to(self.device).float() / (255.0 if values.ndim == 4 else 1.0)
+            groups[key] = (image.permute(0, 3, 1, 2) if values.ndim == 4 else image[:, None]).contiguous()
         if numbers:
-            groups["policy"] = torch.from_numpy(np.concatenate(numbers, axis=1)).to(self.device)
+            groups["policy"] = torch.cat(numbers, dim=1).to(self.device)
         return TensorDict(groups, batch_size=[self.num_envs], device=self.device)

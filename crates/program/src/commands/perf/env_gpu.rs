@@ -34,15 +34,19 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
     let mut rows = Vec::new();
     for &envs in numbers {
         let is_many = envs == TARGET_ENVS;
-        let case = Case { scenario: &state, depth: false, backend: Backend::Gpu, envs, rounds, steps };
+        let case =
+            Case { scenario: &state, depth: false, stays: false, backend: Backend::Gpu, envs, rounds, steps };
         let target = is_many.then_some(TARGET);
         rows.extend(rows_of(&format!("env.gpu_{envs}"), &case, target)?);
         let case = Case { scenario: &depth, depth: true, ..case };
         let target = is_many.then_some(DEPTH_TARGET);
         rows.extend(rows_of(&format!("env.gpu_depth_{envs}"), &case, target)?);
+        let case = Case { stays: true, ..case };
+        rows.extend(rows_of(&format!("env.gpu_depth_stays_{envs}"), &case, target)?);
     }
     let envs = numbers[0];
-    let case = Case { scenario: &depth, depth: true, backend: Backend::Cpu, envs, rounds, steps };
+    let case =
+        Case { scenario: &depth, depth: true, stays: false, backend: Backend::Cpu, envs, rounds, steps };
     rows.extend(rows_of(&format!("env.cpu_depth_{envs}"), &case, None)?);
     Ok(rows.into())
 }
@@ -64,6 +68,8 @@ fn with_square_camera() -> anyhow::Result<Scenario> {
 struct Case<'a> {
     scenario: &'a Scenario,
     depth: bool,
+    /// Observations stay on the device.
+    stays: bool,
     backend: Backend,
     envs: u32,
     rounds: u32,
@@ -76,6 +82,9 @@ fn rows_of(name: &str, case: &Case<'_>, target: Option<f64>) -> anyhow::Result<[
     let spaces = Spaces { control_hz: CONTROL_HZ, depth: case.depth, ..Spaces::default() };
     let settings = Settings { spaces, backend: case.backend, ..Settings::of(Task::Reach) };
     let mut env = TaskEnv::new(case.scenario, &settings, 0..envs)?;
+    if case.stays {
+        env.keep_on_device(false)?;
+    }
     let (all, mut draws) = (vec![true; envs as usize], Stream::new(SEED, 0, Purpose::Test));
     let size = env.interface().policy.action.len();
     let start = Instant::now();
@@ -91,6 +100,7 @@ fn rows_of(name: &str, case: &Case<'_>, target: Option<f64>) -> anyhow::Result<[
             let goes_on: Vec<bool> =
                 (0..envs as usize).map(|k| !(env.report(k).terminated || env.report(k).truncated)).collect();
             env.step(&actions, &goes_on)?;
+            env.send()?;
         }
         if round > 0 {
             rates.push(f64::from(envs * steps) / start.elapsed().as_secs_f64());
@@ -98,7 +108,8 @@ fn rows_of(name: &str, case: &Case<'_>, target: Option<f64>) -> anyhow::Result<[
     }
     let rates = Rounds::new(rates);
     let seen = if case.depth {
-        format!("with a {SIDE} x {SIDE} depth image in every step")
+        let place = if case.stays { ", which stays on the device," } else { "" };
+        format!("with a {SIDE} x {SIDE} depth image{place} in every step")
     } else {
         "from state".to_owned()
     };

@@ -6,7 +6,7 @@ use std::time::Instant;
 use orchard_camera::picture::look_at;
 use orchard_camera::{Exposure, ImageKey, Sensor};
 use orchard_geometry::{Intrinsics, Vec3};
-use orchard_gpu::{Choice, Gpu, ImageBatch, Subject, View};
+use orchard_gpu::{Choice, DeviceArray, Gpu, ImageBatch, Subject, View};
 use orchard_robot::RobotModel;
 use orchard_spec::{Preset, Spec};
 use orchard_world::{Sight, World};
@@ -69,6 +69,7 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
         Some(SMALL),
         false,
     )?);
+    rows.push(row_that_stays(&gpu, keeping(&gpu, &sights), &views, rounds, &note)?);
     rows.extend(rows_of(keeping(&gpu, &sights), "images.labels_128", &views, rounds, &note, None, true)?);
     let sensor = Sensor::new(&spec_of("d435i")?);
     let views: Vec<View<'_>> =
@@ -106,6 +107,30 @@ fn keeping(gpu: &Gpu, sights: &[Sight]) -> ImageBatch {
     let mut batch = ImageBatch::new(gpu);
     sights.iter().enumerate().for_each(|(place, sight)| batch.keep(place, &sight.visible));
     batch
+}
+
+/// Row of small images that stay on the device, in an array.
+fn row_that_stays(
+    gpu: &Gpu,
+    mut batch: ImageBatch,
+    views: &[View<'_>],
+    rounds: usize,
+    note: &str,
+) -> anyhow::Result<Row> {
+    let array = DeviceArray::new(gpu, "depth", views.len(), size_of::<f32>() * SIDE * SIDE, false)?;
+    let (places, mut rates): (Vec<usize>, _) = ((0..views.len()).collect(), Vec::new());
+    for round in 0..=rounds {
+        let start = Instant::now();
+        batch.depths_into(views, &array, &places)?;
+        gpu.finish()?;
+        if round > 0 {
+            rates.push(views.len() as f64 / start.elapsed().as_secs_f64());
+        }
+    }
+    let rates = Rounds::new(rates);
+    let note = format!("{note}; from poses in the processor's memory to an array on the device");
+    let row = Row::measured("images.depth_128.stays", rates.median(), "images/s").at_least(SMALL);
+    Ok(Row { spread: Some(rates.spread()), note: Some(note), ..row })
 }
 
 /// Rows of the device alone, and of all from scenes to images in memory.

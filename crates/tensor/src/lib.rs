@@ -1,0 +1,90 @@
+//! Arrays in the memory of a graphics device that CUDA, and every library with DLPack, can see.
+//!
+//! An [`ExportedBuffer`] is a buffer of wgpu whose memory Vulkan exports. With the feature `cuda`, `Card::import` opens the memory in CUDA on the same card as a `CudaMemory`, which `CudaArray` describes to other libraries by DLPack.
+//! Nothing is copied, and nothing orders the work of the two sides: whoever writes waits for the device before others read, and waits for them before writing again.
+//!
+//! Memory lives as long as one of its owners: the buffer of wgpu, or the import of CUDA, which each array of DLPack shares.
+//!
+//! All of it works on Linux; elsewhere [`ExportedBuffer::new`] says that it does not.
+#![allow(
+    unsafe_code,
+    reason = "memory of Vulkan, CUDA and DLPack is handled by raw handles: docs/decisions/0033-memory-shared-with-cuda.md"
+)]
+#![deny(clippy::undocumented_unsafe_blocks)]
+
+#[cfg(all(feature = "cuda", target_os = "linux"))]
+mod cuda;
+#[cfg(target_os = "linux")]
+mod vulkan;
+
+#[cfg(all(feature = "cuda", target_os = "linux"))]
+pub use cuda::{Card, CudaArray, CudaError, CudaMemory, Number};
+
+/// Identity of a card: the UUID by which Vulkan and CUDA both name it.
+pub type CardId = [u8; 16];
+
+/// The reason why a device cannot export memory.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum ExportError {
+    /// The system or the graphics interface has no such memory.
+    #[error("memory is shared with other programs on Linux, by Vulkan alone")]
+    NotVulkan,
+    /// The driver cannot export memory.
+    #[error("its driver cannot share memory ({0})")]
+    Unsupported(&'static str),
+    /// The driver refused.
+    #[error("its driver refused to share {bytes} bytes: {why}")]
+    Refused {
+        /// Bytes asked for.
+        bytes: u64,
+        /// Answer of the driver.
+        why: String,
+    },
+}
+
+/// Memory as other interfaces open it.
+#[derive(Debug)]
+pub struct Handle {
+    /// Handle of the memory, which whoever opens it takes.
+    #[cfg(target_os = "linux")]
+    pub fd: std::os::fd::OwnedFd,
+    /// All bytes of the memory, which may be more than the buffer has.
+    pub bytes: u64,
+    /// Card that has the memory.
+    pub card: CardId,
+}
+
+/// A buffer whose memory is exported.
+#[derive(Debug)]
+pub struct ExportedBuffer {
+    /// The buffer, to be bound as storage and copied from and to.
+    pub buffer: wgpu::Buffer,
+    /// Its memory.
+    pub handle: Handle,
+}
+
+impl ExportedBuffer {
+    /// Makes a buffer of some bytes, all zero once the queue has done what was submitted to it.
+    ///
+    /// # Errors
+    /// The device cannot export memory, or has no room.
+    pub fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        label: &str,
+        bytes: u64,
+    ) -> Result<Self, ExportError> {
+        #[cfg(target_os = "linux")]
+        return vulkan::create(device, queue, label, bytes);
+        #[cfg(not(target_os = "linux"))]
+        {
+            let _ = (device, queue, label, bytes);
+            Err(ExportError::NotVulkan)
+        }
+    }
+}
+
+/// The example of the README as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
