@@ -159,7 +159,7 @@ def test_tensors_of_the_environments_are_their_arrays():
     given, many = (OrchardVectorEnv("Harvest-v1", 2, **kind, **settings) for kind in ({"tensors": "torch"}, {}))
     (seen, _), (expected, _) = given.reset(seed=SEED), many.reset(seed=SEED)
     still = np.zeros(many.action_space.shape, dtype=np.float32)
-    for _ in range(75):
+    for _ in range(15):
         assert all(np.array_equal(seen[key].numpy(), expected[key]) for key in expected)
         seen, *ends, info = given.step(torch.from_numpy(still).double())
         expected, *wanted, about = many.step(still)
