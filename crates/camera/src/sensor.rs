@@ -6,6 +6,9 @@ mod stereo;
 mod time_of_flight;
 mod window;
 
+pub use noise::FieldScale;
+pub use stereo::StereoErrors;
+
 use registration::register;
 
 use crate::{Frame, Label, NO_INSTANCE, Scene, render};
@@ -112,10 +115,12 @@ impl Sensor {
 
     /// Makes the measured depth \[m\], 0 without a measurement, from the depths of [`Self::exposure`], drawn by any renderer.
     pub fn measure(&self, seen: &DepthImage, key: ImageKey) -> DepthImage {
-        let imager = self.spec.native().map_or(self.intrinsics, of_lens);
+        let imager = self.imager();
         let measured = match self.spec.measurement() {
             Measurement::Exact => seen.clone(),
-            Measurement::Stereo(spec) => stereo::measure(spec, imager.fx, seen, key),
+            Measurement::Stereo(spec) => {
+                stereo::measure(&StereoErrors::new(spec, (imager.width, imager.height), imager.fx), seen, key)
+            }
             Measurement::TimeOfFlight(spec) => time_of_flight::measure(spec, seen, key),
         };
         match self.spec.native() {
@@ -124,6 +129,27 @@ impl Sensor {
                 register(&measured, &imager, &self.intrinsics, native.right.si(), native.bridge.si())
             }
         }
+    }
+
+    /// Errors of a stereo camera, for kernels that add them elsewhere; `None` for cameras of other kinds.
+    pub fn stereo(&self) -> Option<StereoErrors> {
+        let imager = self.imager();
+        match self.spec.measurement() {
+            Measurement::Stereo(spec) => {
+                Some(StereoErrors::new(spec, (imager.width, imager.height), imager.fx))
+            }
+            Measurement::Exact | Measurement::TimeOfFlight(_) => None,
+        }
+    }
+
+    /// Spec of the camera.
+    pub fn spec(&self) -> &CameraSpec {
+        &self.spec
+    }
+
+    /// Intrinsics of the imager that measures.
+    fn imager(&self) -> Intrinsics {
+        self.spec.native().map_or(self.intrinsics, of_lens)
     }
 
     /// Draws the truth of an image ([`Capture::truth`]).
@@ -151,7 +177,7 @@ impl Sensor {
     /// the second imager of a stereo camera.
     fn keep_field(&self, frame: &mut Frame) {
         let native = self.spec.native();
-        let imager = native.map_or(self.intrinsics, of_lens);
+        let imager = self.imager();
         let right = native.map_or(0.0, |native| native.right.si());
         let baseline = match self.spec.measurement() {
             Measurement::Stereo(spec) => spec.baseline.si(),
