@@ -7,6 +7,7 @@ mod time_of_flight;
 mod window;
 
 pub use noise::FieldScale;
+pub use registration::CoveredPixels;
 pub use stereo::StereoErrors;
 
 use registration::register;
@@ -140,6 +141,13 @@ impl Sensor {
             }
             Measurement::Exact | Measurement::TimeOfFlight(_) => None,
         }
+    }
+
+    /// The pixels that those of the depth imager cover, if images are registered to the view of another camera.
+    pub fn covered(&self) -> Option<CoveredPixels> {
+        let native = self.spec.native()?;
+        let (right, bridge) = (native.right.si(), native.bridge.si());
+        Some(CoveredPixels { imager: of_lens(native), camera: self.intrinsics, right, bridge })
     }
 
     /// Spec of the camera.

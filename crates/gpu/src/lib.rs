@@ -36,6 +36,8 @@ mod device;
 #[path = "../../camera/tests/suite/common/direction.rs"]
 mod direction;
 #[cfg(test)]
+mod error_tests;
+#[cfg(test)]
 mod image_tests;
 mod images;
 mod laws;
@@ -79,7 +81,7 @@ struct Readme;
 
 pub use batch::{GpuBatch, Options, Statistics};
 pub use device::{Choice, Gpu, GpuError, GpuInfo};
-pub use images::{ImageBatch, Subject, View};
+pub use images::{ImageBatch, Look, Subject, View};
 pub use memory::Room;
 pub use robots::RobotBatch;
 pub use schedule::{ScheduleError, WARPS};

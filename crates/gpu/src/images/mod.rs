@@ -1,6 +1,7 @@
 //! Exact depth images of many scenes at once.
 
 mod buffers;
+mod errors;
 mod kept;
 pub(crate) mod pipelines;
 mod solids;
@@ -13,6 +14,8 @@ use rayon::prelude::*;
 
 use crate::device::{Gpu, GpuError};
 use crate::layout::QUAD;
+pub use errors::Look;
+
 use buffers::{BODY_BYTES, Buffers, Groups, Header, PIXEL_BYTES, SOLID_BYTES, Sizes};
 use kept::Kept;
 use pipelines::{BOUND_THREADS, TILE};
@@ -61,6 +64,7 @@ pub struct ImageBatch {
     meshes: Meshes,
     /// Number of meshes that the device has.
     meshes_sent: usize,
+    errors: errors::Errors,
 }
 
 /// Solids and bodies of some successive views.
@@ -81,6 +85,7 @@ impl ImageBatch {
             kept: Kept::default(),
             meshes: Meshes::default(),
             meshes_sent: 0,
+            errors: errors::Errors::default(),
         }
     }
 
@@ -140,6 +145,7 @@ impl ImageBatch {
         for _ in 0..times {
             let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
             buffers.record(&mut encoder, pipelines, self.groups);
+            self.errors.record_again(&mut encoder);
             self.gpu.queue.submit([encoder.finish()]);
         }
         self.gpu.wait()
@@ -156,6 +162,7 @@ impl ImageBatch {
         let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size / 2) as usize;
         let most_views = limits.max_compute_workgroups_per_dimension as usize;
         self.kept.pack(&mut self.meshes);
+        let registered = self.errors.registered_pixels();
         let mut made = Vec::with_capacity(views.len());
         let mut left = views;
         while !left.is_empty() {
@@ -166,7 +173,7 @@ impl ImageBatch {
                     Subject::Scene(scene) => scene.items.len(),
                     Subject::Kept { place, .. } => self.kept.solids(place),
                 };
-                (PIXEL_BYTES * width * height).max(SOLID_BYTES * solids)
+                (PIXEL_BYTES * (width * height + registered.unwrap_or(0))).max(SOLID_BYTES * solids)
             };
             let sums = left.iter().scan(0, |sum, view| {
                 *sum += bytes(view);
@@ -199,6 +206,8 @@ impl ImageBatch {
             views: views.len(),
             solids: kept.room(),
             corners: solids::CORNERS * meshes.len(),
+            // Registered images come before the exact ones.
+            pixels: self.errors.registered_pixels().unwrap_or(0) * views.len(),
             ..Sizes::default()
         };
         let mut headers = Vec::with_capacity(views.len());
@@ -251,9 +260,11 @@ impl ImageBatch {
         let most_solids = headers.iter().map(|header| header.count as usize).max().unwrap_or(0);
         let tiles = views.iter().map(|view| tiles(size_of_view(view))).max().unwrap_or(0);
         self.groups = Groups { views: views.len(), bound: most_solids.div_ceil(BOUND_THREADS), tiles };
-        let pixels = sizes.pixels;
+        let pixels = self.errors.registered_pixels().map_or(sizes.pixels, |each| each * views.len());
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         buffers.record(&mut encoder, pipelines, self.groups);
+        let places: Vec<u32> = headers.iter().map(|header| header.pixels).collect();
+        self.errors.record(&self.gpu, &buffers.depths, &places, &mut encoder)?;
         let bytes = (PIXEL_BYTES * pixels) as u64;
         encoder.copy_buffer_to_buffer(&buffers.depths, 0, &buffers.staging, 0, bytes);
         if wants_items {
@@ -274,7 +285,12 @@ impl ImageBatch {
         made: &mut Vec<T>,
     ) -> Result<(), GpuError> {
         let Some(buffers) = &self.buffers else { return Ok(()) };
-        let pixels: usize = views.iter().map(size_of_view).map(|(width, height)| width * height).sum();
+        let registered = self.errors.registered_pixels();
+        let pixels_of = |view: &View<'_>| {
+            let (width, height) = size_of_view(view);
+            registered.unwrap_or(width * height)
+        };
+        let pixels: usize = views.iter().map(pixels_of).sum();
         let kinds = if wants_items { 2 } else { 1 };
         let empty: &[u32] = &[];
         if pixels == 0 {
@@ -289,8 +305,8 @@ impl ImageBatch {
         let (depths, items) = mapped.split_at(PIXEL_BYTES * pixels);
         let (depths, items): (&[f32], &[u32]) = (bytemuck::cast_slice(depths), bytemuck::cast_slice(items));
         let firsts = views.iter().scan(0, |end, view| {
-            let (first, (width, height)) = (*end, size_of_view(view));
-            *end += width * height;
+            let first = *end;
+            *end += pixels_of(view);
             Some(first..*end)
         });
         let ranges: Vec<_> = firsts.collect();

@@ -1,0 +1,120 @@
+//! The kernels of a camera's errors, compiled for a device.
+
+use orchard_camera::StereoErrors;
+use wgpu::{BufferBindingType, ComputePipeline};
+
+use super::law::{BLOCK_WORDS, MOST_COLUMNS};
+use crate::device::Gpu;
+use crate::pipelines::Kernels;
+
+/// Threads of a workgroup of each kernel, our own choice.
+const WHITE_THREADS: usize = 64;
+const DOWN_THREADS: usize = 64;
+const ROW_THREADS: usize = 128;
+const FAULT_THREADS: usize = 64;
+const PIXEL_THREADS: usize = 128;
+/// Rows that a thread of the kernel `down` marches, our own choice.
+const DOWN_ROWS: usize = 32;
+
+/// Workgroups of a pass: along an image, and down it; images are the other number.
+#[derive(Debug, Clone, Copy)]
+enum Grid {
+    /// All of an image along the first axis, images along the second, and a number of fields along the third.
+    Flat(usize, usize),
+    /// Columns, rows, and images along the third axis.
+    Pixels(usize, usize),
+}
+
+/// Compiled kernels in the order in which they run.
+#[derive(Debug)]
+pub(super) struct ErrorKernels {
+    pub bindings: wgpu::BindGroupLayout,
+    passes: Vec<(ComputePipeline, Grid)>,
+    /// Place of the pass whose grid depends on the faults of the images.
+    refuse: usize,
+}
+
+impl ErrorKernels {
+    /// Compiles the kernels of a camera, with the columns and rows of its registered image if it is registered; `white` is the number of random words of an image.
+    pub fn new(gpu: &Gpu, errors: &StereoErrors, camera: Option<(usize, usize)>, white: usize) -> Self {
+        let read = (BufferBindingType::Storage { read_only: true }, false);
+        let written = (BufferBindingType::Storage { read_only: false }, false);
+        // Law, images, faults; depths, memory, marks; table.
+        let buffers = [read, read, read, written, written, written, read];
+        let kernels = Kernels::new(&gpu.device, "errors", source(errors), &buffers);
+        let (width, height) = (errors.width, errors.height);
+        let pixels = |(width, height): (usize, usize)| Grid::Pixels(width.div_ceil(PIXEL_THREADS), height);
+        let wide = width + 4 * errors.window_radius;
+        let mut list = vec![
+            ("white", Grid::Flat(white.div_ceil(BLOCK_WORDS * WHITE_THREADS), 1)),
+            (
+                "down",
+                Grid::Flat(
+                    wide.div_ceil(4 * DOWN_THREADS) * height.div_ceil(DOWN_ROWS),
+                    StereoErrors::AVERAGES.len(),
+                ),
+            ),
+            ("pairs", Grid::Flat(height, 1)),
+            ("refuse", Grid::Flat(0, 1)),
+            ("take", pixels((width, height))),
+            ("ramp", pixels((width, height))),
+        ];
+        match camera {
+            None => list.push(("finish", pixels((width, height)))),
+            Some(camera) => list.extend([("place", pixels((width, height))), ("show", pixels(camera))]),
+        }
+        let refuse = list.iter().position(|(name, _)| *name == "refuse").unwrap_or(0);
+        let passes = list.into_iter().map(|(name, grid)| (kernels.pipeline(name, &[]), grid)).collect();
+        Self { bindings: kernels.bindings, passes, refuse }
+    }
+
+    /// Records the passes of some images, of which one has `most_faults` at most.
+    pub fn record(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        bindings: &wgpu::BindGroup,
+        images: usize,
+        most_faults: usize,
+    ) {
+        for (k, (kernel, grid)) in self.passes.iter().enumerate() {
+            let [x, y, z] = match *grid {
+                _ if k == self.refuse => [most_faults.div_ceil(FAULT_THREADS), images, 1],
+                Grid::Flat(groups, fields) => [groups, images, fields],
+                Grid::Pixels(columns, rows) => [columns, rows, images],
+            };
+            if x * y * z > 0 {
+                let mut pass = encoder.begin_compute_pass(&Default::default());
+                pass.set_bind_group(0, bindings, &[]);
+                pass.set_pipeline(kernel);
+                pass.dispatch_workgroups(x as u32, y as u32, z as u32);
+            }
+        }
+    }
+}
+
+fn source(errors: &StereoErrors) -> String {
+    let constants = [
+        ("RADIUS", errors.window_radius),
+        ("RAMP", errors.edge_ramp),
+        ("BLOCK_WORDS", BLOCK_WORDS),
+        ("MOST_COLUMNS", MOST_COLUMNS),
+        ("WHITE_THREADS", WHITE_THREADS),
+        ("DOWN_THREADS", DOWN_THREADS),
+        ("DOWN_ROWS", DOWN_ROWS),
+        ("ROW_THREADS", ROW_THREADS),
+        ("FAULT_THREADS", FAULT_THREADS),
+        ("PIXEL_THREADS", PIXEL_THREADS),
+    ];
+    let constants = constants.map(|(name, value)| format!("const {name}: u32 = {value}u;\n"));
+    // The rounds of ChaCha; the streams behind them are those of axes.
+    let chacha = include_str!("../../kernels/chacha.wgsl");
+    let rounds = chacha.split_once("fn block_of").map_or(chacha, |(rounds, _)| rounds);
+    let files = [
+        include_str!("../../kernels/errors.wgsl"),
+        rounds,
+        include_str!("../../kernels/errors_fields.wgsl"),
+        include_str!("../../kernels/errors_stereo.wgsl"),
+        include_str!("../../kernels/errors_register.wgsl"),
+    ];
+    constants.concat() + &files.concat()
+}

@@ -1,0 +1,117 @@
+// The errors of stereo cameras, step by step as the processor adds them: `crates/camera/src/sensor/stereo.rs` and docs/computation/sensor.md explain them. All numbers
+// have the bits of the processor's: whole numbers, and sums, products and quotients of f32, each rounded once, in its order.
+
+// Figures of a camera: `images/errors/law.rs`.
+struct Law {
+    // Columns and rows of an image of the imager.
+    size: vec2u,
+    // Words of memory that an image takes, and of marks.
+    words: u32,
+    marks: u32,
+    // First words of the random bytes of the three fields, and the number of all of them.
+    white: vec4u,
+    // First words of the sums of those bytes down the columns; words of a row of bits.
+    down: vec3u,
+    bit_columns: u32,
+    // First words of disparities, of the numbers of matched pixels along rows, of disparities at wavy edges, and of the sums along rows for ramps.
+    disparity: u32,
+    along: u32,
+    taken: u32,
+    ramp: u32,
+    // Twice the means of the sums of noise and of displacements.
+    noise_centre: i32,
+    shift_centre: i32,
+    noise_scale: f32,
+    shift_scale: f32,
+    focal_baseline: f32,
+    surface_step: f32,
+    disparity_sd: f32,
+    disparity_step: f32,
+    edge_shift: f32,
+    least_support: f32,
+    // The square of the limit.
+    edge_limit: f32,
+    near: f32,
+    far: f32,
+    // Zero, which no compiler knows.
+    zero: u32,
+    // Columns and rows of the registered image; none if images are not registered.
+    camera: vec2u,
+    // Least number of steps of the table of registration, and number of its numbers of steps.
+    first_steps: u32,
+    table_steps: u32,
+    unused: vec2u,
+}
+
+// An image: `images/errors/law.rs`.
+struct Shot {
+    // First of its exact depths among all, and of its measured ones.
+    pixels: u32,
+    measured: u32,
+    // First of its faults among all, and their number.
+    faults: u32,
+    fault_count: u32,
+    // Number of its random stream.
+    number: vec2u,
+    unused: vec2u,
+    key_a: vec4u,
+    key_b: vec4u,
+}
+
+@group(0) @binding(0) var<storage, read> law: Law;
+@group(0) @binding(1) var<storage, read> shots: array<Shot>;
+@group(0) @binding(2) var<storage, read> faults: array<u32>;
+@group(0) @binding(3) var<storage, read_write> depths: array<f32>;
+@group(0) @binding(4) var<storage, read_write> memory: array<u32>;
+// Bits of pixels whose window has a fault, then numbers of steps of the pixels of registered images.
+@group(0) @binding(5) var<storage, read_write> marks: array<atomic<u32>>;
+// First columns, then first rows, that each column and row of the imager covers in the registered image, by number of steps.
+@group(0) @binding(6) var<storage, read> table: array<u32>;
+
+const MANTISSA: u32 = 0x7fffffu;
+const HIDDEN: u32 = 0x800000u;
+// Exponents of f32 that are normal.
+const EXPONENTS: i32 = 254;
+
+// A product that no compiler joins with a sum.
+fn rounded(x: f32) -> f32 {
+    return bitcast<f32>(bitcast<u32>(x) ^ law.zero);
+}
+
+// The quotient of two positive numbers, rounded to the nearest: devices divide with an error of some units in the last place, from which whole numbers find
+// the right one.
+fn quotient(a: f32, b: f32) -> f32 {
+    let x = bitcast<u32>(a);
+    let y = bitcast<u32>(b);
+    let p = (x & MANTISSA) | HIDDEN;
+    let q = (y & MANTISSA) | HIDDEN;
+    let places = select(24u, 23u, p >= q);
+    let exponent = i32(x >> 23u) - i32(y >> 23u) + 150 - i32(places);
+    if exponent < 1 || exponent >= EXPONENTS {
+        return a / b;
+    }
+    var whole = u32(f32(p) / f32(q) * f32(1u << places));
+    // Modulo 2^32, which holds the true rest.
+    var rest = bitcast<i32>((p << places) - whole * q);
+    while rest < 0 {
+        whole -= 1u;
+        rest += i32(q);
+    }
+    while rest >= i32(q) {
+        whole += 1u;
+        rest -= i32(q);
+    }
+    let twice = 2 * rest;
+    if twice > i32(q) || (twice == i32(q) && (whole & 1u) == 1u) {
+        whole += 1u;
+    }
+    return bitcast<f32>((u32(exponent) << 23u) + whole - HIDDEN);
+}
+
+fn load(at: u32) -> f32 {
+    return bitcast<f32>(memory[at]);
+}
+
+fn store(at: u32, x: f32) {
+    memory[at] = bitcast<u32>(x);
+}
