@@ -6,7 +6,7 @@ use std::time::Instant;
 use orchard_camera::picture::look_at;
 use orchard_camera::{Exposure, ImageKey, Sensor};
 use orchard_geometry::{Intrinsics, Vec3};
-use orchard_gpu::{Choice, Gpu, ImageBatch, Subject, View};
+use orchard_gpu::{Choice, Gpu, ImageBatch, Look, Subject, View};
 use orchard_robot::RobotModel;
 use orchard_spec::{Preset, Spec};
 use orchard_world::{Sight, World};
@@ -76,24 +76,51 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
     let note =
         format!("{stereo} images of d435i, {} x {}", sensor.intrinsics().width, sensor.intrinsics().height);
     rows.extend(rows_of(keeping(&gpu, &sights), "images.d435i_exact", &views, rounds, &note, None, false)?);
-    let (mut batch, mut rates) = (keeping(&gpu, &sights), Vec::new());
+    let keys = || (0..stereo as u32).map(|frame| ImageKey { seed: SEED, world: 0, frame });
+    let looks: Vec<Look<'_>> = (0..stereo)
+        .zip(keys())
+        .map(|(k, key)| Look { subject: subject(k), x_world_camera: place(k), key })
+        .collect();
+    let mut batch = keeping(&gpu, &sights);
+    let (mut alone, mut whole, mut here) = (Vec::new(), Vec::new(), Vec::new());
+    let rate = |start: Instant, times: usize| (times * stereo) as f64 / start.elapsed().as_secs_f64();
+    // The first round warms up.
     for round in 0..=rounds {
         let start = Instant::now();
+        std::hint::black_box(batch.measured(&sensor, &looks)?.len());
+        let of_whole = rate(start, 1);
+        let start = Instant::now();
+        batch.draw_again(AGAIN)?;
+        let of_device = rate(start, AGAIN);
+        let start = Instant::now();
         let seen = batch.depths(&views)?;
-        let noisy = seen.par_iter().enumerate().map(|(frame, seen)| {
-            let measured = sensor.measure(seen, ImageKey { seed: SEED, world: 0, frame: frame as u32 });
-            measured.pixels().iter().filter(|z| **z > 0.0).count()
-        });
+        let noisy = seen
+            .par_iter()
+            .zip(keys().collect::<Vec<_>>())
+            .map(|(seen, key)| sensor.measure(seen, key).pixels().iter().filter(|z| **z > 0.0).count());
         std::hint::black_box(noisy.sum::<usize>());
         if round > 0 {
-            rates.push(stereo as f64 / start.elapsed().as_secs_f64());
+            alone.push(of_device);
+            whole.push(of_whole);
+            here.push(rate(start, 1));
         }
     }
-    let rates = Rounds::new(rates);
-    let row = Row::measured("images.d435i", rates.median(), "images/s").at_least(STEREO);
-    let note = format!("{note}: drawn on the device, noise on the processor, all included");
-    rows.push(Row { spread: Some(rates.spread()), note: Some(note), ..row });
+    let row = |name: &str, rates: Vec<f64>, what: &str| {
+        row_of(name, rates, &format!("{note}: drawn on the device, {what}"))
+    };
+    rows.extend([
+        row("images.d435i.device", alone, "noise by kernels; the device alone").at_least(STEREO),
+        row("images.d435i", whole, "noise by kernels; from poses in the processor's memory to images there"),
+        row("images.d435i_processor", here, "noise on the processor, all included"),
+    ]);
     Ok(rows.into())
+}
+
+/// A row of some rounds.
+fn row_of(name: &str, rates: Vec<f64>, note: &str) -> Row {
+    let rates = Rounds::new(rates);
+    let row = Row::measured(name, rates.median(), "images/s");
+    Row { spread: Some(rates.spread()), note: Some(note.to_owned()), ..row }
 }
 
 fn spec_of(camera: &str) -> anyhow::Result<orchard_spec::camera::CameraSpec> {
@@ -132,11 +159,7 @@ fn rows_of(
             alone.push(drawn as f64 / took_alone);
         }
     }
-    let row = |name: &str, rates: Vec<f64>, what: &str| {
-        let rates = Rounds::new(rates);
-        let row = Row::measured(name, rates.median(), "images/s");
-        Row { spread: Some(rates.spread()), note: Some(format!("{note}; {what}")), ..row }
-    };
+    let row = |name: &str, rates: Vec<f64>, what: &str| row_of(name, rates, &format!("{note}; {what}"));
     let alone = row(&format!("{name}.device"), alone, "on the device alone");
     Ok([
         target.map_or(alone.clone(), |target| alone.at_least(target)),
