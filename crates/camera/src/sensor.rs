@@ -9,6 +9,7 @@ mod window;
 pub use noise::FieldScale;
 pub use registration::CoveredPixels;
 pub use stereo::StereoErrors;
+pub use time_of_flight::TimeOfFlightErrors;
 
 use registration::register;
 
@@ -109,7 +110,7 @@ impl Sensor {
         let (intrinsics, (near, far)) = match self.spec.measurement() {
             Measurement::Exact => (imager, self.spec.range()),
             Measurement::Stereo(_) => (imager, EVERYWHERE),
-            Measurement::TimeOfFlight(_) => (finer(&imager, time_of_flight::RAYS), EVERYWHERE),
+            Measurement::TimeOfFlight(_) => (finer(&imager, TimeOfFlightErrors::RAYS), EVERYWHERE),
         };
         Exposure { intrinsics, x_world_camera: x_world_imager, near, far }
     }
@@ -122,7 +123,10 @@ impl Sensor {
             Measurement::Stereo(spec) => {
                 stereo::measure(&StereoErrors::new(spec, (imager.width, imager.height), imager.fx), seen, key)
             }
-            Measurement::TimeOfFlight(spec) => time_of_flight::measure(spec, seen, key),
+            Measurement::TimeOfFlight(spec) => {
+                let errors = TimeOfFlightErrors::new(spec, (imager.width, imager.height));
+                time_of_flight::measure(&errors, seen, key)
+            }
         };
         match self.spec.native() {
             None => measured,
@@ -140,6 +144,17 @@ impl Sensor {
                 Some(StereoErrors::new(spec, (imager.width, imager.height), imager.fx))
             }
             Measurement::Exact | Measurement::TimeOfFlight(_) => None,
+        }
+    }
+
+    /// Errors of a time-of-flight camera, for kernels that add them elsewhere; `None` for cameras of other kinds.
+    pub fn time_of_flight(&self) -> Option<TimeOfFlightErrors> {
+        let imager = self.imager();
+        match self.spec.measurement() {
+            Measurement::TimeOfFlight(spec) => {
+                Some(TimeOfFlightErrors::new(spec, (imager.width, imager.height)))
+            }
+            Measurement::Exact | Measurement::Stereo(_) => None,
         }
     }
 

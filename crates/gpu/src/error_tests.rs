@@ -5,13 +5,14 @@ use orchard_geometry::{DepthImage, Pose};
 use orchard_spec::camera::CameraSpec;
 use orchard_spec::{Purpose, Stream};
 
+use crate::device::GpuError;
 use crate::direction::direction;
 use crate::images::{ImageBatch, Look, Subject, View};
 use crate::shapes::{rotation, shapes};
 use crate::testing::device;
 
-/// Cameras of small images whose rows begin at all places of a word, with windows, ramps and light of their own.
-const CAMERAS: [&str; 4] = [
+/// Stereo cameras of small images whose rows begin at all places of a word, with windows, ramps and light of their own.
+const STEREO: [&str; 4] = [
     "[d435i.view]
      width = { value = 203, range = [16, 8192], unit = 'px', source = 'test' }
      height = { value = 97, range = [16, 8192], unit = 'px', source = 'test' }",
@@ -37,6 +38,21 @@ const CAMERAS: [&str; 4] = [
      width = { value = 150, range = [16, 8192], unit = 'px', source = 'test' }
      height = { value = 80, range = [16, 8192], unit = 'px', source = 'test' }",
 ];
+/// Cameras by time of flight, in the view of their imager and registered to another.
+const TIME_OF_FLIGHT: [&str; 2] = [
+    "[azure-kinect-native.view]
+     width = { value = 150, range = [16, 8192], unit = 'px', source = 'test' }
+     height = { value = 81, range = [16, 8192], unit = 'px', source = 'test' }",
+    "[azure-kinect.view]
+     width = { value = 241, range = [16, 8192], unit = 'px', source = 'test' }
+     height = { value = 136, range = [16, 8192], unit = 'px', source = 'test' }
+     [azure-kinect.native]
+     width = { value = 101, range = [16, 8192], unit = 'px', source = 'test' }
+     height = { value = 90, range = [16, 8192], unit = 'px', source = 'test' }",
+];
+/// Largest difference of a depth measured by time of flight, over the depth, and share of pixels in which one has a depth and the other none, or another surface's.
+const ROUNDING: f32 = 1e-5;
+const FEW: f64 = 1e-3;
 /// Number of random shapes in a scene.
 const SHAPES: u32 = 5;
 
@@ -66,7 +82,7 @@ fn errors_of_stereo_cameras_have_the_bits_of_the_processor() {
     let mut rng = Stream::new(8, 0, Purpose::Test);
     let scenes: Vec<Scene> = (0..6).map(|_| shapes(&mut rng, SHAPES)).collect();
     let mut batch = ImageBatch::new(&gpu);
-    for text in CAMERAS {
+    for text in STEREO {
         let (sensor, looks) = (sensor(text), looks(&scenes, &mut rng));
         let seen = exact(&mut batch, &sensor, &looks);
         let measured = batch.measured(&sensor, &looks).unwrap();
@@ -83,4 +99,48 @@ fn errors_of_stereo_cameras_have_the_bits_of_the_processor() {
         assert!(valid * 5 > pixels, "{valid} of {pixels}: {text}");
         assert_eq!(batch.measured(&sensor, &looks[4..5]).unwrap(), measured[4..5]);
     }
+}
+
+/// The processor computes in f64, the device in f32: depths agree to some roundings, but for the few pixels at the limit of light, of mixing or of a triangle.
+#[test]
+fn errors_of_time_of_flight_are_those_of_the_processor() {
+    let Some(gpu) = device() else { return };
+    let mut rng = Stream::new(9, 0, Purpose::Test);
+    let scenes: Vec<Scene> = (0..4).map(|_| shapes(&mut rng, SHAPES)).collect();
+    let mut batch = ImageBatch::new(&gpu);
+    for text in TIME_OF_FLIGHT {
+        let (sensor, looks) = (sensor(text), looks(&scenes, &mut rng));
+        let seen = exact(&mut batch, &sensor, &looks);
+        let measured = batch.measured(&sensor, &looks).unwrap();
+        let (mut valid, mut pixels, mut differ) = (0, 0, 0);
+        for ((look, seen), measured) in looks.iter().zip(&seen).zip(&measured) {
+            let here = sensor.measure(seen, look.key);
+            assert_eq!((here.width(), here.height()), (measured.width(), measured.height()));
+            pixels += here.pixels().len();
+            valid += here.pixels().iter().filter(|z| **z > 0.0).count();
+            differ += (here.pixels().iter().zip(measured.pixels()))
+                .filter(|(a, b)| (*a - *b).abs() > ROUNDING * a.max(**b))
+                .count();
+        }
+        assert!(valid * 5 > pixels, "{valid} of {pixels}: {text}");
+        assert!(differ as f64 <= FEW * valid as f64, "{differ} of {valid}: {text}");
+        assert_eq!(batch.measured(&sensor, &looks[2..3]).unwrap(), measured[2..3]);
+    }
+}
+
+/// All cameras that come with the program have kernels. Others are refused by name.
+#[test]
+fn cameras_without_kernels_are_refused() {
+    for (name, _) in CameraSpec::FILES {
+        assert!(ImageBatch::can_measure(&Sensor::new(&CameraSpec::named(name).unwrap())), "{name}");
+    }
+    let wide = "[d435i]\nwindow_radius = { value = 8, range = [1, 15], unit = 'px', source = 'test' }";
+    let rectangles =
+        "[azure-kinect.native]\nbridge = { value = 0, range = [0, 1000], unit = 'mm', source = 'test' }";
+    for text in [wide, rectangles] {
+        assert!(!ImageBatch::can_measure(&sensor(text)), "{text}");
+    }
+    let Some(gpu) = device() else { return };
+    let refused = ImageBatch::new(&gpu).measured(&sensor(wide), &[]).unwrap_err();
+    assert_eq!(refused, GpuError::NoKernels { camera: "d435i" });
 }

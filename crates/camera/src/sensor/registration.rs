@@ -48,19 +48,17 @@ pub(super) fn register(
 /// The pixels of a camera that those of an imager beside it cover, for kernels that register images elsewhere.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CoveredPixels {
-    pub(super) imager: Intrinsics,
-    pub(super) camera: Intrinsics,
+    /// Intrinsics of the imager.
+    pub imager: Intrinsics,
+    /// Intrinsics of the camera; the axes of both are parallel.
+    pub camera: Intrinsics,
     /// Position of the camera to the right of the imager \[m\].
-    pub(super) right: f64,
-    pub(super) bridge: f64,
+    pub right: f64,
+    /// Largest difference of depth between neighbouring pixels across which depth is interpolated \[m\]; 0: none is, and each pixel covers its own rectangle.
+    pub bridge: f64,
 }
 
 impl CoveredPixels {
-    /// True if depth is interpolated between pixels.
-    pub fn bridges(&self) -> bool {
-        self.bridge != 0.0
-    }
-
     /// Columns and rows of the camera.
     pub fn size(&self) -> (usize, usize) {
         (self.camera.width, self.camera.height)

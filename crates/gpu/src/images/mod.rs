@@ -162,7 +162,7 @@ impl ImageBatch {
         let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size / 2) as usize;
         let most_views = limits.max_compute_workgroups_per_dimension as usize;
         self.kept.pack(&mut self.meshes);
-        let registered = self.errors.registered_pixels();
+        let own = self.errors.own_pixels();
         let mut made = Vec::with_capacity(views.len());
         let mut left = views;
         while !left.is_empty() {
@@ -173,7 +173,7 @@ impl ImageBatch {
                     Subject::Scene(scene) => scene.items.len(),
                     Subject::Kept { place, .. } => self.kept.solids(place),
                 };
-                (PIXEL_BYTES * (width * height + registered.unwrap_or(0))).max(SOLID_BYTES * solids)
+                (PIXEL_BYTES * (width * height + own.unwrap_or(0))).max(SOLID_BYTES * solids)
             };
             let sums = left.iter().scan(0, |sum, view| {
                 *sum += bytes(view);
@@ -206,8 +206,8 @@ impl ImageBatch {
             views: views.len(),
             solids: kept.room(),
             corners: solids::CORNERS * meshes.len(),
-            // Registered images come before the exact ones.
-            pixels: self.errors.registered_pixels().unwrap_or(0) * views.len(),
+            // Measured images with pixels of their own come before the exact ones.
+            pixels: self.errors.own_pixels().unwrap_or(0) * views.len(),
             ..Sizes::default()
         };
         let mut headers = Vec::with_capacity(views.len());
@@ -260,7 +260,7 @@ impl ImageBatch {
         let most_solids = headers.iter().map(|header| header.count as usize).max().unwrap_or(0);
         let tiles = views.iter().map(|view| tiles(size_of_view(view))).max().unwrap_or(0);
         self.groups = Groups { views: views.len(), bound: most_solids.div_ceil(BOUND_THREADS), tiles };
-        let pixels = self.errors.registered_pixels().map_or(sizes.pixels, |each| each * views.len());
+        let pixels = self.errors.own_pixels().map_or(sizes.pixels, |each| each * views.len());
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         buffers.record(&mut encoder, pipelines, self.groups);
         let places: Vec<u32> = headers.iter().map(|header| header.pixels).collect();
@@ -285,10 +285,10 @@ impl ImageBatch {
         made: &mut Vec<T>,
     ) -> Result<(), GpuError> {
         let Some(buffers) = &self.buffers else { return Ok(()) };
-        let registered = self.errors.registered_pixels();
+        let own = self.errors.own_pixels();
         let pixels_of = |view: &View<'_>| {
             let (width, height) = size_of_view(view);
-            registered.unwrap_or(width * height)
+            own.unwrap_or(width * height)
         };
         let pixels: usize = views.iter().map(pixels_of).sum();
         let kinds = if wants_items { 2 } else { 1 };

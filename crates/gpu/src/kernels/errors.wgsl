@@ -1,4 +1,4 @@
-// The errors of stereo cameras, step by step as the processor adds them: `crates/camera/src/sensor/stereo.rs` and docs/computation/sensor.md explain them. All numbers
+// The errors of cameras, step by step as the processor adds them: `crates/camera/src/sensor/` and docs/computation/sensor.md explain them. All numbers of a stereo camera
 // have the bits of the processor's: whole numbers, and sums, products and quotients of f32, each rounded once, in its order.
 
 // Figures of a camera: `images/errors/law.rs`.
@@ -40,7 +40,21 @@ struct Law {
     // Least number of steps of the table of registration, and number of its numbers of steps.
     first_steps: u32,
     table_steps: u32,
-    unused: vec2u,
+    // Of time of flight: first words of light and of light blurred along rows.
+    light: u32,
+    blurred: u32,
+    least_light: f32,
+    reach_spread: f32,
+    noise_floor: f32,
+    noise_at_metre: f32,
+    // The square of the largest standard deviation.
+    mixing: f32,
+    bridge: f32,
+    // Where another camera sees a pixel: the place times `zoom`, and `moved`, less `parallax` over the depth along a row.
+    zoom: vec2f,
+    moved: vec2f,
+    parallax: f32,
+    unused: u32,
 }
 
 // An image: `images/errors/law.rs`.
@@ -63,9 +77,10 @@ struct Shot {
 @group(0) @binding(2) var<storage, read> faults: array<u32>;
 @group(0) @binding(3) var<storage, read_write> depths: array<f32>;
 @group(0) @binding(4) var<storage, read_write> memory: array<u32>;
-// Bits of pixels whose window has a fault, then numbers of steps of the pixels of registered images.
+// Bits of pixels whose window has a fault, then numbers of steps of the pixels of registered images; of time of flight: depths of registered images.
 @group(0) @binding(5) var<storage, read_write> marks: array<atomic<u32>>;
-// First columns, then first rows, that each column and row of the imager covers in the registered image, by number of steps.
+// Of a stereo camera: first columns, then first rows, that each column and row of the imager covers in the registered image, by number of steps; of time of flight: weights of
+// the blur.
 @group(0) @binding(6) var<storage, read> table: array<u32>;
 
 const MANTISSA: u32 = 0x7fffffu;

@@ -46,7 +46,7 @@ fn bytes_at(field: u32, at: u32) -> vec2u {
 @compute @workgroup_size(DOWN_THREADS)
 fn down(@builtin(global_invocation_id) id: vec3u, @builtin(workgroup_id) group: vec3u) {
     const SPAN: u32 = 2u * RADIUS + 1u;
-    let averages = select(2u, 1u, group.z == 0u);
+    let averages = select(LATER_AVERAGES, 1u, group.z == 0u);
     let wide = law.size.x + 2u * RADIUS * averages;
     let blocks = (wide + 4u * DOWN_THREADS - 1u) / (4u * DOWN_THREADS);
     let first_column = 4u * (id.x - group.x / blocks * blocks * DOWN_THREADS);
@@ -96,9 +96,9 @@ fn down(@builtin(global_invocation_id) id: vec3u, @builtin(workgroup_id) group: 
     }
 }
 
-// Twice the sum of a field's window less its mean, from the sums of columns.
-fn noise_at(base: u32, u: u32, v: u32) -> f32 {
-    let at = base + law.down.x + v * (law.size.x + 2u * RADIUS) + u;
+// Value of a field that is averaged once, from the sums of columns.
+fn noise_at(base: u32, first: u32, u: u32, v: u32) -> f32 {
+    let at = base + first + v * (law.size.x + 2u * RADIUS) + u;
     var sum = 0u;
     for (var k = 0u; k <= 2u * RADIUS; k++) {
         sum += memory[at + k];
@@ -106,6 +106,7 @@ fn noise_at(base: u32, u: u32, v: u32) -> f32 {
     return f32(2 * i32(sum) - law.noise_centre) * law.noise_scale;
 }
 
+// Value of a field that is averaged twice.
 fn shift_at(base: u32, first: u32, u: u32, v: u32) -> f32 {
     let at = base + first + v * (law.size.x + 4u * RADIUS) + u;
     var sum = 0u;

@@ -171,7 +171,7 @@ fn steps_of(image: u32, u: u32, v: u32) -> i32 {
     if !(variance <= law.edge_limit) {
         return 0;
     }
-    let d = mean + rounded(law.disparity_sd * noise_at(base, u, v));
+    let d = mean + rounded(law.disparity_sd * noise_at(base, law.down.x, u, v));
     if !(d > 0.0) {
         return 0;
     }

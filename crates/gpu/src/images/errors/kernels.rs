@@ -1,9 +1,10 @@
 //! The kernels of a camera's errors, compiled for a device.
 
-use orchard_camera::StereoErrors;
+use orchard_camera::TimeOfFlightErrors;
 use wgpu::{BufferBindingType, ComputePipeline};
 
 use super::law::{BLOCK_WORDS, MOST_COLUMNS};
+use super::model::{Kind, Model};
 use crate::device::Gpu;
 use crate::pipelines::Kernels;
 
@@ -23,6 +24,8 @@ enum Grid {
     Flat(usize, usize),
     /// Columns, rows, and images along the third axis.
     Pixels(usize, usize),
+    /// The faults of an image along the first axis, images along the second.
+    Faults,
 }
 
 /// Compiled kernels in the order in which they run.
@@ -30,42 +33,53 @@ enum Grid {
 pub(super) struct ErrorKernels {
     pub bindings: wgpu::BindGroupLayout,
     passes: Vec<(ComputePipeline, Grid)>,
-    /// Place of the pass whose grid depends on the faults of the images.
-    refuse: usize,
 }
 
 impl ErrorKernels {
-    /// Compiles the kernels of a camera, with the columns and rows of its registered image if it is registered; `white` is the number of random words of an image.
-    pub fn new(gpu: &Gpu, errors: &StereoErrors, camera: Option<(usize, usize)>, white: usize) -> Self {
+    /// Compiles the kernels of a camera; `white` is the number of random words of an image.
+    pub fn new(gpu: &Gpu, model: &Model, white: usize) -> Self {
         let read = (BufferBindingType::Storage { read_only: true }, false);
         let written = (BufferBindingType::Storage { read_only: false }, false);
         // Law, images, faults; depths, memory, marks; table.
         let buffers = [read, read, read, written, written, written, read];
-        let kernels = Kernels::new(&gpu.device, "errors", source(errors), &buffers);
-        let (width, height) = (errors.width, errors.height);
+        let kernels = Kernels::new(&gpu.device, "errors", source(model), &buffers);
+        let ((width, height), (radius, averages)) = (model.size(), model.fields());
         let pixels = |(width, height): (usize, usize)| Grid::Pixels(width.div_ceil(PIXEL_THREADS), height);
-        let wide = width + 4 * errors.window_radius;
+        let all = pixels((width, height));
+        let wide = width + 2 * radius * averages.iter().max().unwrap_or(&1);
+        let down = wide.div_ceil(4 * DOWN_THREADS) * height.div_ceil(DOWN_ROWS);
         let mut list = vec![
             ("white", Grid::Flat(white.div_ceil(BLOCK_WORDS * WHITE_THREADS), 1)),
-            (
-                "down",
-                Grid::Flat(
-                    wide.div_ceil(4 * DOWN_THREADS) * height.div_ceil(DOWN_ROWS),
-                    StereoErrors::AVERAGES.len(),
-                ),
-            ),
-            ("pairs", Grid::Flat(height, 1)),
-            ("refuse", Grid::Flat(0, 1)),
-            ("take", pixels((width, height))),
-            ("ramp", pixels((width, height))),
+            ("down", Grid::Flat(down, averages.len())),
         ];
-        match camera {
-            None => list.push(("finish", pixels((width, height)))),
-            Some(camera) => list.extend([("place", pixels((width, height))), ("show", pixels(camera))]),
+        let camera = model.covered.as_ref().map(|covered| pixels(covered.size()));
+        match (&model.errors, camera) {
+            (Kind::Stereo(_), camera) => {
+                let first = [
+                    ("pairs", Grid::Flat(height, 1)),
+                    ("refuse", Grid::Faults),
+                    ("take", all),
+                    ("ramp", all),
+                ];
+                list.extend(first);
+                match camera {
+                    None => list.push(("finish", all)),
+                    Some(camera) => list.extend([("place", all), ("show", camera)]),
+                }
+            }
+            (Kind::TimeOfFlight(_), None) => list.extend([("light", all), ("blur", all), ("sense", all)]),
+            (Kind::TimeOfFlight(_), Some(camera)) => {
+                list.extend([
+                    ("light", all),
+                    ("blur", all),
+                    ("keep", all),
+                    ("bridge", all),
+                    ("reveal", camera),
+                ]);
+            }
         }
-        let refuse = list.iter().position(|(name, _)| *name == "refuse").unwrap_or(0);
         let passes = list.into_iter().map(|(name, grid)| (kernels.pipeline(name, &[]), grid)).collect();
-        Self { bindings: kernels.bindings, passes, refuse }
+        Self { bindings: kernels.bindings, passes }
     }
 
     /// Records the passes of some images, of which one has `most_faults` at most.
@@ -76,9 +90,9 @@ impl ErrorKernels {
         images: usize,
         most_faults: usize,
     ) {
-        for (k, (kernel, grid)) in self.passes.iter().enumerate() {
+        for (kernel, grid) in &self.passes {
             let [x, y, z] = match *grid {
-                _ if k == self.refuse => [most_faults.div_ceil(FAULT_THREADS), images, 1],
+                Grid::Faults => [most_faults.div_ceil(FAULT_THREADS), images, 1],
                 Grid::Flat(groups, fields) => [groups, images, fields],
                 Grid::Pixels(columns, rows) => [columns, rows, images],
             };
@@ -92,10 +106,19 @@ impl ErrorKernels {
     }
 }
 
-fn source(errors: &StereoErrors) -> String {
+fn source(model: &Model) -> String {
+    let (radius, averages) = model.fields();
+    let (ramp, blur) = match &model.errors {
+        Kind::Stereo(errors) => (errors.edge_ramp, 0),
+        Kind::TimeOfFlight(errors) => (0, errors.blur.len()),
+    };
     let constants = [
-        ("RADIUS", errors.window_radius),
-        ("RAMP", errors.edge_ramp),
+        ("RADIUS", radius),
+        // Of all fields but the first.
+        ("LATER_AVERAGES", averages.last().copied().unwrap_or(1)),
+        ("RAMP", ramp),
+        ("BLUR", blur),
+        ("RAYS", TimeOfFlightErrors::RAYS),
         ("BLOCK_WORDS", BLOCK_WORDS),
         ("MOST_COLUMNS", MOST_COLUMNS),
         ("WHITE_THREADS", WHITE_THREADS),
@@ -109,12 +132,14 @@ fn source(errors: &StereoErrors) -> String {
     // The rounds of ChaCha; the streams behind them are those of axes.
     let chacha = include_str!("../../kernels/chacha.wgsl");
     let rounds = chacha.split_once("fn block_of").map_or(chacha, |(rounds, _)| rounds);
-    let files = [
-        include_str!("../../kernels/errors.wgsl"),
-        rounds,
-        include_str!("../../kernels/errors_fields.wgsl"),
-        include_str!("../../kernels/errors_stereo.wgsl"),
-        include_str!("../../kernels/errors_register.wgsl"),
-    ];
-    constants.concat() + &files.concat()
+    let head =
+        [include_str!("../../kernels/errors.wgsl"), rounds, include_str!("../../kernels/errors_fields.wgsl")];
+    let steps = match &model.errors {
+        Kind::Stereo(_) => [
+            include_str!("../../kernels/errors_stereo.wgsl"),
+            include_str!("../../kernels/errors_register.wgsl"),
+        ],
+        Kind::TimeOfFlight(_) => [include_str!("../../kernels/errors_flight.wgsl"), ""],
+    };
+    constants.concat() + &head.concat() + &steps.concat()
 }

@@ -1,7 +1,9 @@
-//! A stereo camera's figures and its memory on the device, as `kernels/errors.wgsl` reads them.
+//! A camera's figures and its memory on the device, as `kernels/errors.wgsl` reads them.
 
-use orchard_camera::{CoveredPixels, ImageKey, StereoErrors};
+use orchard_camera::{CoveredPixels, ImageKey, StereoErrors, TimeOfFlightErrors};
 use orchard_spec::{Purpose, Stream};
+
+use super::model::{Kind, Model};
 
 /// Random words that a thread makes: a block of ChaCha.
 pub(super) const BLOCK_WORDS: usize = 16;
@@ -14,7 +16,7 @@ const MOST_STEPS: usize = 1 << 13;
 
 /// Figures of a camera.
 #[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, bytemuck::Pod, bytemuck::Zeroable)]
 pub(super) struct Law {
     pub size: [u32; 2],
     /// Words of memory and of marks of an image.
@@ -44,7 +46,18 @@ pub(super) struct Law {
     pub camera: [u32; 2],
     pub first_steps: u32,
     pub table_steps: u32,
-    pub unused: [u32; 2],
+    pub light: u32,
+    pub blurred: u32,
+    pub least_light: f32,
+    pub reach_spread: f32,
+    pub noise_floor: f32,
+    pub noise_at_metre: f32,
+    pub mixing: f32,
+    pub bridge: f32,
+    pub zoom: [f32; 2],
+    pub moved: [f32; 2],
+    pub parallax: f32,
+    pub unused: u32,
 }
 
 /// An image.
@@ -77,15 +90,8 @@ impl Shot {
     }
 }
 
-/// True if the kernels hold for a camera's figures.
-pub(super) fn is_within_kernels(errors: &StereoErrors, covered: Option<&CoveredPixels>) -> bool {
-    errors.width <= MOST_COLUMNS
-        && errors.window_radius <= MOST_RADIUS
-        && covered.is_none_or(|covered| !covered.bridges() && steps(errors).is_some())
-}
-
 /// Steps of disparity that a measured depth may have: the first, and their number; `None` if there are too many for a table.
-fn steps(errors: &StereoErrors) -> Option<(usize, usize)> {
+pub(super) fn steps(errors: &StereoErrors) -> Option<(usize, usize)> {
     let (near, far) = errors.range;
     let of =
         |depth: f32| f64::from(errors.focal_baseline) / (f64::from(depth) * f64::from(errors.disparity_step));
@@ -95,43 +101,59 @@ fn steps(errors: &StereoErrors) -> Option<(usize, usize)> {
 }
 
 impl Law {
-    /// Figures of a camera, and its table of registration.
-    pub fn of(errors: &StereoErrors, covered: Option<&CoveredPixels>) -> (Self, Vec<u32>) {
-        let (width, height, radius) = (errors.width, errors.height, errors.window_radius);
+    /// Figures of a camera, and its table.
+    pub fn of(model: &Model) -> (Self, Vec<u32>) {
+        let (width, height) = model.size();
+        let camera = model.covered.as_ref().map_or((0, 0), CoveredPixels::size);
+        let of_fields = Self {
+            size: [width as u32, height as u32],
+            camera: [camera.0 as u32, camera.1 as u32],
+            marks: (camera.0 * camera.1) as u32,
+            ..Self::of_fields(model)
+        };
+        match &model.errors {
+            Kind::Stereo(errors) => of_fields.stereo(errors, model.covered.as_ref()),
+            Kind::TimeOfFlight(errors) => of_fields.time_of_flight(errors, model.covered.as_ref()),
+        }
+    }
+
+    /// Places of the random fields.
+    fn of_fields(model: &Model) -> Self {
+        let ((width, height), (radius, averages)) = (model.size(), model.fields());
         let (mut white, mut down) = ([0; 4], [0; 3]);
         let mut words = 0;
-        for (k, averages) in StereoErrors::AVERAGES.into_iter().enumerate() {
+        for (first, averages) in white.iter_mut().zip(averages) {
             let margin = 2 * averages * radius;
-            white[k] = words as u32;
+            *first = words as u32;
             words += ((width + margin) * (height + margin)).div_ceil(4);
         }
         white[3] = words as u32;
         // Whole blocks, and the word behind the last bytes.
         words = (words + 1).next_multiple_of(BLOCK_WORDS);
-        for (k, averages) in StereoErrors::AVERAGES.into_iter().enumerate() {
-            down[k] = words as u32;
+        for (first, averages) in down.iter_mut().zip(averages) {
+            *first = words as u32;
             words += (width + 2 * averages * radius) * height;
         }
-        let mut planes = |count: usize| {
-            let first = words as u32;
-            words += count * width * height;
-            first
-        };
-        let (disparity, along, taken, ramp) = (planes(1), planes(1), planes(1), planes(3));
-        let bit_columns = width.div_ceil(u32::BITS as usize);
-        let camera = covered.map_or((0, 0), CoveredPixels::size);
+        Self { words: words as u32, white, down, ..Self::default() }
+    }
+
+    /// First word of some numbers of every pixel.
+    fn place(&mut self, count: u32) -> u32 {
+        let first = self.words;
+        self.words += count * self.size[0] * self.size[1];
+        first
+    }
+
+    fn stereo(mut self, errors: &StereoErrors, covered: Option<&CoveredPixels>) -> (Self, Vec<u32>) {
+        let [disparity, along, taken, ramp] = [1, 1, 1, 3].map(|count| self.place(count));
+        let bit_columns = self.size[0].div_ceil(u32::BITS);
         let (first_steps, table_steps) = covered.and_then(|_| steps(errors)).unwrap_or((0, 0));
         let step = errors.disparity_step;
         let depths = (0..table_steps).map(|k| errors.focal_baseline / ((first_steps + k) as f32 * step));
-        let table =
-            covered.map_or(Vec::new(), |covered| depths.flat_map(|depth| covered.firsts(depth)).collect());
+        let table = covered.map_or(Vec::new(), |covered| depths.flat_map(|z| covered.firsts(z)).collect());
         let law = Self {
-            size: [width as u32, height as u32],
-            words: words as u32,
-            marks: (bit_columns * height + camera.0 * camera.1) as u32,
-            white,
-            down,
-            bit_columns: bit_columns as u32,
+            marks: self.marks + bit_columns * self.size[1],
+            bit_columns,
             disparity,
             along,
             taken,
@@ -149,12 +171,43 @@ impl Law {
             edge_limit: errors.edge_limit * errors.edge_limit,
             near: errors.range.0,
             far: errors.range.1,
-            zero: 0,
-            camera: [camera.0 as u32, camera.1 as u32],
             first_steps: first_steps as u32,
             table_steps: table_steps as u32,
-            unused: [0; 2],
+            ..self
         };
         (law, table)
+    }
+
+    fn time_of_flight(
+        mut self,
+        errors: &TimeOfFlightErrors,
+        covered: Option<&CoveredPixels>,
+    ) -> (Self, Vec<u32>) {
+        let [light, blurred] = [3, 3].map(|count| self.place(count));
+        let pair = |x: f64, y: f64| [x as f32, y as f32];
+        let mut law = Self {
+            // A binding has some bytes.
+            marks: self.marks.max(1),
+            light,
+            blurred,
+            noise_centre: errors.noise.centre,
+            noise_scale: errors.noise.scale,
+            least_light: errors.least_light as f32,
+            reach_spread: errors.reach_spread as f32,
+            noise_floor: errors.noise_floor as f32,
+            noise_at_metre: errors.noise_at_metre as f32,
+            mixing: (errors.mixing * errors.mixing) as f32,
+            near: errors.range.0 as f32,
+            far: errors.range.1 as f32,
+            ..self
+        };
+        if let Some(CoveredPixels { imager, camera, right, bridge }) = covered {
+            let (x, y) = (camera.fx / imager.fx, camera.fy / imager.fy);
+            law.zoom = pair(x, y);
+            law.moved = pair(camera.cx - x * imager.cx, camera.cy - y * imager.cy);
+            law.parallax = (camera.fx * right) as f32;
+            law.bridge = *bridge as f32;
+        }
+        (law, errors.blur.iter().map(|weight| (*weight as f32).to_bits()).collect())
     }
 }

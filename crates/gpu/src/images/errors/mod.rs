@@ -2,8 +2,9 @@
 
 mod kernels;
 mod law;
+mod model;
 
-use orchard_camera::{CoveredPixels, ImageKey, Sensor, StereoErrors};
+use orchard_camera::{ImageKey, Sensor};
 use orchard_geometry::{DepthImage, Pose};
 use orchard_spec::camera::Measurement;
 use rayon::prelude::*;
@@ -13,7 +14,8 @@ use super::{ImageBatch, Subject, View, image};
 use crate::buffers::{allocated, create_buffer};
 use crate::device::{Gpu, GpuError};
 use kernels::ErrorKernels;
-use law::{Law, Shot, is_within_kernels};
+use law::{Law, Shot};
+use model::Model;
 
 /// Memory of the errors of the images that are measured at once \[bytes\], our own choice: enough of them for every core of a large device.
 const AT_ONCE: usize = 512 << 20;
@@ -32,19 +34,15 @@ pub struct Look<'a> {
 }
 
 impl ImageBatch {
-    /// True if the device measures with the errors of a camera ([`Self::measured`]): an exact camera has none; a stereo camera of up to 1920 columns with windows of up to 15 x 15 pixels,
-    /// registered or not, but for registration that interpolates. The errors of other cameras, those by time of flight, are added on the processor ([`Sensor::measure`]).
+    /// True if the device measures with the errors of a camera ([`Self::measured`]): an exact camera has none; a stereo camera of up to 1920 columns with windows of up to 15 x 15 pixels, registered
+    /// without interpolation or not at all; a camera by time of flight, registered with interpolation or not at all. These are all cameras that come with the program. Others measure on the processor
+    /// ([`Sensor::measure`]).
     pub fn can_measure(sensor: &Sensor) -> bool {
-        match sensor.spec().measurement() {
-            Measurement::Exact => true,
-            Measurement::Stereo(_) => {
-                sensor.stereo().is_some_and(|errors| is_within_kernels(&errors, sensor.covered().as_ref()))
-            }
-            Measurement::TimeOfFlight(_) => false,
-        }
+        matches!(sensor.spec().measurement(), Measurement::Exact) || Model::of(sensor).is_some()
     }
 
-    /// Draws images and measures them with the errors of their camera: from the same exact depths the processor makes the same bits ([`Sensor::measure`]).
+    /// Draws images and measures them with the errors of their camera. From the same exact depths the processor makes the same bits ([`Sensor::measure`]) of a stereo camera, and the same to some roundings of f32 of one
+    /// by time of flight.
     ///
     /// # Errors
     /// As [`Self::depths`]; there are no kernels for this camera ([`Self::can_measure`]).
@@ -56,8 +54,8 @@ impl ImageBatch {
             .iter()
             .map(|look| View { subject: look.subject, exposure: sensor.exposure(&look.x_world_camera) })
             .collect();
-        if let Some(errors) = sensor.stereo() {
-            self.errors.begin(&self.gpu, errors, sensor.covered(), looks);
+        if let Some(model) = Model::of(sensor) {
+            self.errors.begin(&self.gpu, model, looks);
         }
         let (width, height) = (sensor.intrinsics().width, sensor.intrinsics().height);
         let drawn = self.draw(&views, false, |_, _, depths, _| image(width, height, depths.to_vec()));
@@ -88,8 +86,7 @@ pub(super) struct Errors {
 /// A camera's kernels and memory.
 #[derive(Debug)]
 struct Camera {
-    errors: StereoErrors,
-    covered: Option<CoveredPixels>,
+    model: Model,
     law: Law,
     kernels: ErrorKernels,
     figures: wgpu::Buffer,
@@ -107,14 +104,13 @@ struct Memory {
 
 impl Errors {
     /// Begins to measure images of a camera.
-    fn begin(&mut self, gpu: &Gpu, errors: StereoErrors, covered: Option<CoveredPixels>, looks: &[Look<'_>]) {
-        let known =
-            self.cameras.iter().position(|camera| (camera.errors, camera.covered) == (errors, covered));
+    fn begin(&mut self, gpu: &Gpu, model: Model, looks: &[Look<'_>]) {
+        self.left = looks.par_iter().map(|look| (Shot::of(look.key), model.faults(look.key))).collect();
+        let known = self.cameras.iter().position(|camera| camera.model == model);
         self.active = Some(known.unwrap_or_else(|| {
-            self.cameras.push(Camera::new(gpu, errors, covered));
+            self.cameras.push(Camera::new(gpu, model));
             self.cameras.len() - 1
         }));
-        self.left = looks.par_iter().map(|look| (Shot::of(look.key), errors.faults(look.key))).collect();
     }
 
     /// Ends it.
@@ -123,13 +119,12 @@ impl Errors {
         self.left.clear();
     }
 
-    /// Pixels of a measured image that has others than the exact one: it is registered to another view.
-    pub fn registered_pixels(&self) -> Option<usize> {
-        let (width, height) = self.cameras[self.active?].covered.as_ref()?.size();
-        Some(width * height)
+    /// Pixels of a measured image that has others than the exact one: it is registered to another view, or gathers the light of several rays in a pixel.
+    pub fn own_pixels(&self) -> Option<usize> {
+        self.cameras[self.active?].model.own_size().map(|(width, height)| width * height)
     }
 
-    /// Records the errors of the next images, whose exact depths begin at some places of the buffer of depths. Measured depths of registered images follow each other from its
+    /// Records the errors of the next images, whose exact depths begin at some places of the buffer of depths. Measured depths of images with pixels of their own follow each other from its
     /// start, others take the place of the exact ones.
     ///
     /// # Errors
@@ -142,22 +137,22 @@ impl Errors {
         encoder: &mut wgpu::CommandEncoder,
     ) -> Result<(), GpuError> {
         self.recorded = None;
-        let registered = self.registered_pixels();
+        let own = self.own_pixels();
         let Some(active) = self.active.filter(|_| !places.is_empty()) else { return Ok(()) };
         let camera = &mut self.cameras[active];
-        let memory = camera.reserve(gpu, places.len())?;
+        let at_once = camera.reserve(gpu, places.len())?;
         let mut shots = Vec::with_capacity(places.len());
         let mut faults = Vec::new();
-        for (k, ((shot, own), pixels)) in self.left.drain(..places.len()).zip(places).enumerate() {
-            let measured = registered.map_or(*pixels, |pixels| (k * pixels) as u32);
-            let (first, fault_count) = (faults.len() as u32, own.len() as u32);
+        for (k, ((shot, its), pixels)) in self.left.drain(..places.len()).zip(places).enumerate() {
+            let measured = own.map_or(*pixels, |pixels| (k * pixels) as u32);
+            let (first, fault_count) = (faults.len() as u32, its.len() as u32);
             shots.push(Shot { pixels: *pixels, measured, faults: first, fault_count, ..shot });
-            faults.extend(own);
+            faults.extend(its);
         }
         let shots_there = sent(gpu, "shots", bytemuck::cast_slice(&shots));
         let faults_there = sent(gpu, "faults", bytemuck::cast_slice(&faults));
-        let parts = shots.chunks(memory).enumerate().map(|(part, shots)| {
-            let offset = (part * memory * size_of::<Shot>()) as u64;
+        let parts = shots.chunks(at_once).enumerate().map(|(part, shots)| {
+            let offset = (part * at_once * size_of::<Shot>()) as u64;
             let most_faults = shots.iter().map(|shot| shot.fault_count).max().unwrap_or(0) as usize;
             (camera.bind(gpu, depths, &shots_there, offset, &faults_there), shots.len(), most_faults)
         });
@@ -179,13 +174,12 @@ impl Errors {
 }
 
 impl Camera {
-    fn new(gpu: &Gpu, errors: StereoErrors, covered: Option<CoveredPixels>) -> Self {
-        let (law, table) = Law::of(&errors, covered.as_ref());
-        let size = covered.as_ref().map(CoveredPixels::size);
-        let kernels = ErrorKernels::new(gpu, &errors, size, law.white[3] as usize);
+    fn new(gpu: &Gpu, model: Model) -> Self {
+        let (law, table) = Law::of(&model);
+        let kernels = ErrorKernels::new(gpu, &model, law.white[3] as usize);
         let figures = sent(gpu, "law", bytemuck::bytes_of(&law));
         let table = sent(gpu, "table", bytemuck::cast_slice(&table));
-        Self { errors, covered, law, kernels, figures, table, memory: None }
+        Self { model, law, kernels, figures, table, memory: None }
     }
 
     /// Bytes of the memory and of the marks of an image.

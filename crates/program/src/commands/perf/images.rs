@@ -25,14 +25,16 @@ const HEIGHT: f64 = 1.2;
 /// Targets on one card \[images/s\]: small images, and those of a stereo camera with its noise.
 const SMALL: f64 = 400_000.0;
 const STEREO: f64 = 15_000.0;
+/// Other cameras with noise.
+const OTHERS: [&str; 4] = ["d435i-aligned", "zed-mini", "azure-kinect-native", "azure-kinect"];
 /// Times that the device draws in a round without being read.
 const AGAIN: usize = 10;
 
 /// Measures images of distinct trees with leaves, fruit and a robot; each is seen from a place of its own.
 pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
-    let (trees, small, stereo, rounds) = match effort {
-        Effort::Full => (1024, 4096, 512, 5),
-        Effort::Quick => (2, 4, 2, 1),
+    let (trees, small, stereo, others, rounds) = match effort {
+        Effort::Full => (1024, 4096, 512, 64, 5),
+        Effort::Quick => (2, 4, 2, 1, 1),
     };
     let gpu = Gpu::open(Choice::Any)?;
     let (spec, robot) = (Arc::new(Spec::preset(Preset::Paper)), Arc::new(RobotModel::paper()));
@@ -76,11 +78,9 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
     let note =
         format!("{stereo} images of d435i, {} x {}", sensor.intrinsics().width, sensor.intrinsics().height);
     rows.extend(rows_of(keeping(&gpu, &sights), "images.d435i_exact", &views, rounds, &note, None, false)?);
-    let keys = || (0..stereo as u32).map(|frame| ImageKey { seed: SEED, world: 0, frame });
-    let looks: Vec<Look<'_>> = (0..stereo)
-        .zip(keys())
-        .map(|(k, key)| Look { subject: subject(k), x_world_camera: place(k), key })
-        .collect();
+    let key = |k: usize| ImageKey { seed: SEED, world: 0, frame: k as u32 };
+    let look = |k: usize| Look { subject: subject(k), x_world_camera: place(k), key: key(k) };
+    let looks: Vec<Look<'_>> = (0..stereo).map(look).collect();
     let mut batch = keeping(&gpu, &sights);
     let (mut alone, mut whole, mut here) = (Vec::new(), Vec::new(), Vec::new());
     let rate = |start: Instant, times: usize| (times * stereo) as f64 / start.elapsed().as_secs_f64();
@@ -113,6 +113,21 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
         row("images.d435i", whole, "noise by kernels; from poses in the processor's memory to images there"),
         row("images.d435i_processor", here, "noise on the processor, all included"),
     ]);
+    for camera in OTHERS {
+        let sensor = Sensor::new(&spec_of(camera)?);
+        let mut batch = keeping(&gpu, &sights);
+        batch.measured(&sensor, &(0..others).map(look).collect::<Vec<_>>())?;
+        let rates = (0..rounds).map(|_| {
+            let start = Instant::now();
+            batch.draw_again(AGAIN)?;
+            Ok((AGAIN * others) as f64 / start.elapsed().as_secs_f64())
+        });
+        let rates: anyhow::Result<Vec<f64>> = rates.collect();
+        let (width, height) = (sensor.intrinsics().width, sensor.intrinsics().height);
+        let note =
+            format!("{others} images of {camera}, {width} x {height}, noise by kernels; the device alone");
+        rows.push(row_of(&format!("images.{camera}.device"), rates?, &note));
+    }
     Ok(rows.into())
 }
 
