@@ -162,18 +162,17 @@ impl ImageBatch {
         let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size / 2) as usize;
         let most_views = limits.max_compute_workgroups_per_dimension as usize;
         self.kept.pack(&mut self.meshes);
-        let own = self.errors.own_pixels();
         let mut made = Vec::with_capacity(views.len());
         let mut left = views;
         while !left.is_empty() {
             // An item has one solid but for hulls and uneven ground, which the limit checked below allows for.
             let bytes = |view: &View<'_>| {
-                let (width, height) = size_of_view(view);
+                let pixels = self.pixels_shown(view).max(pixels_of_view(view));
                 let solids = match view.subject {
                     Subject::Scene(scene) => scene.items.len(),
                     Subject::Kept { place, .. } => self.kept.solids(place),
                 };
-                (PIXEL_BYTES * (width * height + own.unwrap_or(0))).max(SOLID_BYTES * solids)
+                (PIXEL_BYTES * pixels).max(SOLID_BYTES * solids)
             };
             let sums = left.iter().scan(0, |sum, view| {
                 *sum += bytes(view);
@@ -206,14 +205,11 @@ impl ImageBatch {
             views: views.len(),
             solids: kept.room(),
             corners: solids::CORNERS * meshes.len(),
-            // Measured images with pixels of their own come before the exact ones.
-            pixels: self.errors.own_pixels().unwrap_or(0) * views.len(),
             ..Sizes::default()
         };
         let mut headers = Vec::with_capacity(views.len());
         let counts = packed.iter().flat_map(|packed| &packed.counts);
         for (view, (solids, bodies)) in views.iter().zip(counts) {
-            let (width, height) = size_of_view(view);
             let (first, count) = match view.subject {
                 Subject::Scene(_) => (sizes.solids, *solids),
                 Subject::Kept { place, .. } => (kept.first(place), kept.solids(place)),
@@ -226,8 +222,12 @@ impl ImageBatch {
             sizes.solids += solids;
             sizes.posed += count;
             sizes.bodies += bodies;
-            sizes.pixels += width * height;
+            sizes.pixels += pixels_of_view(view);
         }
+        // What is read may have more pixels than what is drawn.
+        let shown: usize = views.iter().map(|view| self.pixels_shown(view)).sum();
+        let places: Vec<u32> = headers.iter().map(|header| header.pixels).collect();
+        sizes.pixels = sizes.pixels.max(shown);
         self.check(views, sizes, most)?;
         let pipelines = self.gpu.image_pipelines();
         let fitting = self.buffers.take().filter(|buffers| buffers.sizes.hold(sizes));
@@ -260,13 +260,11 @@ impl ImageBatch {
         let most_solids = headers.iter().map(|header| header.count as usize).max().unwrap_or(0);
         let tiles = views.iter().map(|view| tiles(size_of_view(view))).max().unwrap_or(0);
         self.groups = Groups { views: views.len(), bound: most_solids.div_ceil(BOUND_THREADS), tiles };
-        let pixels = self.errors.own_pixels().map_or(sizes.pixels, |each| each * views.len());
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         buffers.record(&mut encoder, pipelines, self.groups);
-        let places: Vec<u32> = headers.iter().map(|header| header.pixels).collect();
-        self.errors.record(&self.gpu, &buffers.depths, &places, &mut encoder)?;
-        let bytes = (PIXEL_BYTES * pixels) as u64;
-        encoder.copy_buffer_to_buffer(&buffers.depths, 0, &buffers.staging, 0, bytes);
+        let measured = self.errors.record(&self.gpu, &buffers.depths, &places, &mut encoder)?;
+        let bytes = (PIXEL_BYTES * shown) as u64;
+        encoder.copy_buffer_to_buffer(measured.unwrap_or(&buffers.depths), 0, &buffers.staging, 0, bytes);
         if wants_items {
             encoder.copy_buffer_to_buffer(&buffers.items, 0, &buffers.staging, bytes, bytes);
         }
@@ -285,12 +283,7 @@ impl ImageBatch {
         made: &mut Vec<T>,
     ) -> Result<(), GpuError> {
         let Some(buffers) = &self.buffers else { return Ok(()) };
-        let own = self.errors.own_pixels();
-        let pixels_of = |view: &View<'_>| {
-            let (width, height) = size_of_view(view);
-            own.unwrap_or(width * height)
-        };
-        let pixels: usize = views.iter().map(pixels_of).sum();
+        let pixels: usize = views.iter().map(|view| self.pixels_shown(view)).sum();
         let kinds = if wants_items { 2 } else { 1 };
         let empty: &[u32] = &[];
         if pixels == 0 {
@@ -306,7 +299,7 @@ impl ImageBatch {
         let (depths, items): (&[f32], &[u32]) = (bytemuck::cast_slice(depths), bytemuck::cast_slice(items));
         let firsts = views.iter().scan(0, |end, view| {
             let first = *end;
-            *end += pixels_of(view);
+            *end += self.pixels_shown(view);
             Some(first..*end)
         });
         let ranges: Vec<_> = firsts.collect();
@@ -318,6 +311,11 @@ impl ImageBatch {
         drop(mapped);
         buffers.staging.unmap();
         Ok(())
+    }
+
+    /// Pixels of the image that a view becomes: a measured image may have others than the exact one.
+    fn pixels_shown(&self, view: &View<'_>) -> usize {
+        self.errors.pixels().unwrap_or_else(|| pixels_of_view(view))
     }
 
     /// Checks sizes against the limits of the adapter.
@@ -407,6 +405,11 @@ fn bodies_of<'a>(view: &View<'a>) -> &'a [Pose] {
 
 fn size_of_view(view: &View<'_>) -> (usize, usize) {
     (view.exposure.intrinsics.width, view.exposure.intrinsics.height)
+}
+
+fn pixels_of_view(view: &View<'_>) -> usize {
+    let (width, height) = size_of_view(view);
+    width * height
 }
 
 /// Tiles of an image.

@@ -75,13 +75,14 @@ struct Shot {
 @group(0) @binding(0) var<storage, read> law: Law;
 @group(0) @binding(1) var<storage, read> shots: array<Shot>;
 @group(0) @binding(2) var<storage, read> faults: array<u32>;
-@group(0) @binding(3) var<storage, read_write> depths: array<f32>;
+@group(0) @binding(3) var<storage, read> depths: array<f32>;
 @group(0) @binding(4) var<storage, read_write> memory: array<u32>;
 // Bits of pixels whose window has a fault, then numbers of steps of the pixels of registered images; of time of flight: depths of registered images.
 @group(0) @binding(5) var<storage, read_write> marks: array<atomic<u32>>;
 // Of a stereo camera: first columns, then first rows, that each column and row of the imager covers in the registered image, by number of steps; of time of flight: weights of
 // the blur.
 @group(0) @binding(6) var<storage, read> table: array<u32>;
+@group(0) @binding(7) var<storage, read_write> measured: array<f32>;
 
 const MANTISSA: u32 = 0x7fffffu;
 const HIDDEN: u32 = 0x800000u;

@@ -90,7 +90,7 @@ fn sensed(image: u32, u: u32, v: u32) -> f32 {
 @compute @workgroup_size(PIXEL_THREADS)
 fn sense(@builtin(global_invocation_id) id: vec3u) {
     if id.x < law.size.x {
-        depths[shots[id.z].measured + id.y * law.size.x + id.x] = sensed(id.z, id.x, id.y);
+        measured[shots[id.z].measured + id.y * law.size.x + id.x] = sensed(id.z, id.x, id.y);
     }
 }
 
@@ -165,5 +165,5 @@ fn reveal(@builtin(global_invocation_id) id: vec3u) {
     }
     let i = id.y * law.camera.x + id.x;
     let mark = atomicLoad(&marks[id.z * law.marks + i]);
-    depths[shots[id.z].measured + i] = bitcast<f32>(select(0u, ~mark, mark != 0u));
+    measured[shots[id.z].measured + i] = bitcast<f32>(select(0u, ~mark, mark != 0u));
 }

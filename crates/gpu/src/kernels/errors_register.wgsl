@@ -39,5 +39,5 @@ fn show(@builtin(global_invocation_id) id: vec3u) {
     if steps > 0u {
         depth = depth_of(i32(steps));
     }
-    depths[shots[id.z].measured + i] = depth;
+    measured[shots[id.z].measured + i] = depth;
 }

@@ -188,7 +188,7 @@ fn depth_of(steps: i32) -> f32 {
     return quotient(law.focal_baseline, f32(steps) * law.disparity_step);
 }
 
-// Measured depths, in the place of the exact ones.
+// Measured depths.
 @compute @workgroup_size(PIXEL_THREADS)
 fn finish(@builtin(global_invocation_id) id: vec3u) {
     if id.x >= law.size.x {
@@ -199,5 +199,5 @@ fn finish(@builtin(global_invocation_id) id: vec3u) {
     if steps > 0 {
         depth = depth_of(steps);
     }
-    depths[shots[id.z].measured + id.y * law.size.x + id.x] = depth;
+    measured[shots[id.z].measured + id.y * law.size.x + id.x] = depth;
 }

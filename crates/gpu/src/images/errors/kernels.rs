@@ -40,8 +40,8 @@ impl ErrorKernels {
     pub fn new(gpu: &Gpu, model: &Model, white: usize) -> Self {
         let read = (BufferBindingType::Storage { read_only: true }, false);
         let written = (BufferBindingType::Storage { read_only: false }, false);
-        // Law, images, faults; depths, memory, marks; table.
-        let buffers = [read, read, read, written, written, written, read];
+        // Law, images, faults, exact depths; memory, marks; table; measured depths.
+        let buffers = [read, read, read, read, written, written, read, written];
         let kernels = Kernels::new(&gpu.device, "errors", source(model), &buffers);
         let ((width, height), (radius, averages)) = (model.size(), model.fields());
         let pixels = |(width, height): (usize, usize)| Grid::Pixels(width.div_ceil(PIXEL_THREADS), height);

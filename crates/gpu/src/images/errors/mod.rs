@@ -79,6 +79,8 @@ pub(super) struct Errors {
     active: Option<usize>,
     /// Images that are not measured yet, and their faults.
     left: Vec<(Shot, Vec<u32>)>,
+    /// Measured depths of the latest call \[m\], image after image.
+    measured: Option<wgpu::Buffer>,
     /// What was recorded last: the camera, and the images of each part with the largest number of faults of one.
     recorded: Option<(usize, Vec<(wgpu::BindGroup, usize, usize)>)>,
 }
@@ -119,13 +121,14 @@ impl Errors {
         self.left.clear();
     }
 
-    /// Pixels of a measured image that has others than the exact one: it is registered to another view, or gathers the light of several rays in a pixel.
-    pub fn own_pixels(&self) -> Option<usize> {
-        self.cameras[self.active?].model.own_size().map(|(width, height)| width * height)
+    /// Pixels of an image that is being measured, if one is.
+    pub fn pixels(&self) -> Option<usize> {
+        let (width, height) = self.cameras[self.active?].model.measured_size();
+        Some(width * height)
     }
 
-    /// Records the errors of the next images, whose exact depths begin at some places of the buffer of depths. Measured depths of images with pixels of their own follow each other from its
-    /// start, others take the place of the exact ones.
+    /// Records the errors of the next images, whose exact depths begin at some places of a buffer, and returns the buffer of measured depths, image after image; `None` if no images
+    /// are being measured.
     ///
     /// # Errors
     /// An image is larger than the device allows; the device has no room.
@@ -135,18 +138,30 @@ impl Errors {
         depths: &wgpu::Buffer,
         places: &[u32],
         encoder: &mut wgpu::CommandEncoder,
-    ) -> Result<(), GpuError> {
+    ) -> Result<Option<&wgpu::Buffer>, GpuError> {
         self.recorded = None;
-        let own = self.own_pixels();
-        let Some(active) = self.active.filter(|_| !places.is_empty()) else { return Ok(()) };
+        let (Some(active), Some(each)) = (self.active, self.pixels()) else { return Ok(None) };
         let camera = &mut self.cameras[active];
         let at_once = camera.reserve(gpu, places.len())?;
+        let bytes = (size_of::<f32>() * each * places.len()) as u64;
+        if self.measured.as_ref().is_none_or(|measured| measured.size() < bytes) {
+            self.measured = None;
+            let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
+            let make = |images| create_buffer(gpu, "measured", size_of::<f32>() * each * images, usage);
+            self.measured = Some(allocated(gpu, places.len(), size_of::<f32>() * each, make)?);
+        }
+        let Some(measured) = &self.measured else { return Ok(None) };
         let mut shots = Vec::with_capacity(places.len());
         let mut faults = Vec::new();
         for (k, ((shot, its), pixels)) in self.left.drain(..places.len()).zip(places).enumerate() {
-            let measured = own.map_or(*pixels, |pixels| (k * pixels) as u32);
             let (first, fault_count) = (faults.len() as u32, its.len() as u32);
-            shots.push(Shot { pixels: *pixels, measured, faults: first, fault_count, ..shot });
+            shots.push(Shot {
+                pixels: *pixels,
+                measured: (k * each) as u32,
+                faults: first,
+                fault_count,
+                ..shot
+            });
             faults.extend(its);
         }
         let shots_there = sent(gpu, "shots", bytemuck::cast_slice(&shots));
@@ -154,11 +169,15 @@ impl Errors {
         let parts = shots.chunks(at_once).enumerate().map(|(part, shots)| {
             let offset = (part * at_once * size_of::<Shot>()) as u64;
             let most_faults = shots.iter().map(|shot| shot.fault_count).max().unwrap_or(0) as usize;
-            (camera.bind(gpu, depths, &shots_there, offset, &faults_there), shots.len(), most_faults)
+            (
+                camera.bind(gpu, [depths, measured, &faults_there], (&shots_there, offset)),
+                shots.len(),
+                most_faults,
+            )
         });
         self.recorded = Some((active, parts.collect()));
         self.record_again(encoder);
-        Ok(())
+        Ok(self.measured.as_ref())
     }
 
     /// Records the errors of the images that were recorded last.
@@ -218,13 +237,12 @@ impl Camera {
         Ok(self.memory.as_ref().map_or(wanted, |memory| memory.images))
     }
 
+    /// Binds buffers of exact depths, of measured depths and of faults, and the images from an offset \[bytes\] on.
     fn bind(
         &self,
         gpu: &Gpu,
-        depths: &wgpu::Buffer,
-        shots: &wgpu::Buffer,
-        offset: u64,
-        faults: &wgpu::Buffer,
+        [depths, measured, faults]: [&wgpu::Buffer; 3],
+        (shots, offset): (&wgpu::Buffer, u64),
     ) -> wgpu::BindGroup {
         let Some(memory) = &self.memory else { unreachable!("room is made before it is bound") };
         let shots = wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer: shots, offset, size: None });
@@ -236,6 +254,7 @@ impl Camera {
             memory.words.as_entire_binding(),
             memory.marks.as_entire_binding(),
             self.table.as_entire_binding(),
+            measured.as_entire_binding(),
         ];
         let entries: Vec<_> = (0..)
             .zip(resources)

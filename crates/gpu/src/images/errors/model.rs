@@ -47,13 +47,9 @@ impl Model {
         }
     }
 
-    /// Columns and rows of a measured image that does not have the pixels of the exact one.
-    pub fn own_size(&self) -> Option<(usize, usize)> {
-        match (&self.covered, &self.errors) {
-            (Some(covered), _) => Some(covered.size()),
-            (None, Kind::Stereo(_)) => None,
-            (None, Kind::TimeOfFlight(_)) => Some(self.size()),
-        }
+    /// Columns and rows of a measured image.
+    pub fn measured_size(&self) -> (usize, usize) {
+        self.covered.as_ref().map_or_else(|| self.size(), CoveredPixels::size)
     }
 
     /// Radius of the windows over which random fields are averaged, and how often each is.
