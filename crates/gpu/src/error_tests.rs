@@ -1,9 +1,14 @@
 //! Errors of cameras on the device at hand against those of the processor.
 
+use std::sync::Arc;
+
+use orchard_camera::picture::look_at;
 use orchard_camera::{ImageKey, Scene, Sensor};
-use orchard_geometry::{DepthImage, Pose};
+use orchard_geometry::{DepthImage, Pose, Vec3};
+use orchard_robot::RobotModel;
 use orchard_spec::camera::CameraSpec;
-use orchard_spec::{Purpose, Stream};
+use orchard_spec::{Preset, Purpose, Spec, Stream};
+use orchard_world::World;
 
 use crate::device::GpuError;
 use crate::direction::direction;
@@ -125,6 +130,46 @@ fn errors_of_time_of_flight_are_those_of_the_processor() {
         assert!(valid * 5 > pixels, "{valid} of {pixels}: {text}");
         assert!(differ as f64 <= FEW * valid as f64, "{differ} of {valid}: {text}");
         assert_eq!(batch.measured(&sensor, &looks[2..3]).unwrap(), measured[2..3]);
+    }
+}
+
+/// Every camera that comes with the program at its own size, before a tree: counts the pixels that differ, for the docs.
+#[test]
+#[ignore = "large images; prints a table"]
+fn whole_images_of_every_camera() {
+    let Some(gpu) = device() else { return };
+    let world =
+        World::new(Arc::new(Spec::preset(Preset::Paper)), Arc::new(RobotModel::paper()), 4, 0).unwrap();
+    let scene = world.scene();
+    let eyes = [[-0.7, 0.2, 1.1], [0.9, -0.4, 1.6]];
+    let looks: Vec<Look<'_>> = (eyes.iter().zip(0..))
+        .map(|(eye, frame)| Look {
+            subject: Subject::Scene(&scene),
+            x_world_camera: look_at(&(*eye).into(), &Vec3::new(0.0, 0.0, 1.0)),
+            key: ImageKey { seed: 20_250_704, world: 0, frame },
+        })
+        .collect();
+    let mut batch = ImageBatch::new(&gpu);
+    println!(
+        "{}\n| camera | pixels | have a depth | differ | by more than {ROUNDING} | have a depth in one only |",
+        gpu.info().name
+    );
+    for (name, _) in CameraSpec::FILES {
+        let sensor = Sensor::new(&CameraSpec::named(name).unwrap());
+        let seen = exact(&mut batch, &sensor, &looks);
+        let measured = batch.measured(&sensor, &looks).unwrap();
+        let here = looks.iter().zip(&seen).map(|(look, seen)| sensor.measure(seen, look.key));
+        let (mut valid, mut pixels, mut differ, mut far, mut one) = (0, 0, 0, 0, 0);
+        for (here, measured) in here.zip(&measured) {
+            for (a, b) in here.pixels().iter().zip(measured.pixels()) {
+                pixels += 1;
+                valid += usize::from(*a > 0.0);
+                differ += usize::from(a != b);
+                far += usize::from((a - b).abs() > ROUNDING * a.max(*b));
+                one += usize::from((*a > 0.0) != (*b > 0.0));
+            }
+        }
+        println!("| {name} | {pixels} | {valid} | {differ} | {far} | {one} |");
     }
 }
 
