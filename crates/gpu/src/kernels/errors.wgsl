@@ -13,7 +13,8 @@ struct Law {
     // First words of the sums of those bytes down the columns; words of a row of bits.
     down: vec3u,
     bit_columns: u32,
-    // First words of disparities, of the numbers of matched pixels along rows, of disparities at wavy edges, and of the sums along rows for ramps.
+    // First words of disparities, of the numbers of matched pixels along rows, of disparities at wavy edges, and of the numbers of disparities along rows for ramps. Their sums take the place of disparities, and
+    // the sums of their squares that of the numbers of matched pixels, which nothing reads any more.
     disparity: u32,
     along: u32,
     taken: u32,
@@ -84,8 +85,13 @@ struct Shot {
 @group(0) @binding(6) var<storage, read> table: array<u32>;
 @group(0) @binding(7) var<storage, read_write> measured: array<f32>;
 
+// The same memory, four words at once; no kernel uses both.
+@group(0) @binding(4) var<storage, read_write> quads: array<vec4u>;
+
 const MANTISSA: u32 = 0x7fffffu;
 const HIDDEN: u32 = 0x800000u;
+// Bits of 1.
+const ONE: u32 = 0x3f800000u;
 // Exponents of f32 that are normal.
 const EXPONENTS: i32 = 254;
 
@@ -101,25 +107,25 @@ fn quotient(a: f32, b: f32) -> f32 {
     let y = bitcast<u32>(b);
     let p = (x & MANTISSA) | HIDDEN;
     let q = (y & MANTISSA) | HIDDEN;
+    // So many binary places give 24 bits.
     let places = select(24u, 23u, p >= q);
     let exponent = i32(x >> 23u) - i32(y >> 23u) + 150 - i32(places);
     if exponent < 1 || exponent >= EXPONENTS {
         return a / b;
     }
-    var whole = u32(f32(p) / f32(q) * f32(1u << places));
-    // Modulo 2^32, which holds the true rest.
-    var rest = bitcast<i32>((p << places) - whole * q);
-    while rest < 0 {
+    let ratio = bitcast<f32>((x & MANTISSA) | ONE) / bitcast<f32>((y & MANTISSA) | ONE);
+    // A whole number, since it has 24 bits.
+    var whole = u32(ratio * f32(1u << places));
+    // Modulo 2^32, which holds the true rest. It is never half of q: that would take a quotient of 25 bits, whose odd part would divide p.
+    var twice = bitcast<i32>(2u * ((p << places) - whole * q));
+    let size = i32(q);
+    while twice > size {
+        whole += 1u;
+        twice -= 2 * size;
+    }
+    while twice < -size {
         whole -= 1u;
-        rest += i32(q);
-    }
-    while rest >= i32(q) {
-        whole += 1u;
-        rest -= i32(q);
-    }
-    let twice = 2 * rest;
-    if twice > i32(q) || (twice == i32(q) && (whole & 1u) == 1u) {
-        whole += 1u;
+        twice += 2 * size;
     }
     return bitcast<f32>((u32(exponent) << 23u) + whole - HIDDEN);
 }

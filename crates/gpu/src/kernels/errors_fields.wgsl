@@ -16,29 +16,28 @@ fn white(@builtin(global_invocation_id) id: vec3u) {
         x = Block(x.a, x.b.wxyz, x.c.zwxy, x.d.yzwx);
     }
     // The memory has room for whole blocks.
-    let at = id.y * law.words + id.x * BLOCK_WORDS;
-    put_words(at, x.a + start.a);
-    put_words(at + 4u, x.b + start.b);
-    put_words(at + 8u, x.c + start.c);
-    put_words(at + 12u, x.d + start.d);
-}
-
-fn put_words(at: u32, words: vec4u) {
-    memory[at] = words.x;
-    memory[at + 1u] = words.y;
-    memory[at + 2u] = words.z;
-    memory[at + 3u] = words.w;
+    let at = (id.y * law.words + id.x * BLOCK_WORDS) / 4u;
+    quads[at] = x.a + start.a;
+    quads[at + 1u] = x.b + start.b;
+    quads[at + 2u] = x.c + start.c;
+    quads[at + 3u] = x.d + start.d;
 }
 
 // Four bytes of a field from byte `at` on, in pairs: the first and third, the second and fourth.
 fn bytes_at(field: u32, at: u32) -> vec2u {
     let word = field + at / 4u;
     let bits = 8u * (at % 4u);
-    var four = memory[word] >> bits;
+    var four = quads[word / 4u][word % 4u] >> bits;
     if bits > 0u {
-        four |= memory[word + 1u] << (32u - bits);
+        let next = word + 1u;
+        four |= quads[next / 4u][next % 4u] << (32u - bits);
     }
     return vec2u(four & 0xff00ffu, (four >> 8u) & 0xff00ffu);
+}
+
+// Words of a row of sums: whole quads.
+fn stride_of(wide: u32) -> u32 {
+    return (wide + 3u) & ~3u;
 }
 
 // Sums of bytes down the columns of windows, of four columns at once, marching down some rows. The sums of two columns share a word; each has 16 bits at most, whatever
@@ -56,8 +55,8 @@ fn down(@builtin(global_invocation_id) id: vec3u, @builtin(workgroup_id) group: 
     }
     let base = group.y * law.words;
     let field = base + law.white[group.z];
-    let out = base + law.down[group.z] + first_column;
-    let count = min(wide - first_column, 4u);
+    let out = (base + law.down[group.z] + first_column) / 4u;
+    let stride = stride_of(wide) / 4u;
     let last_row = min(first_row + DOWN_ROWS, law.size.y);
     var at = first_row * wide + first_column;
     // Sums over a span, over the next one, and over both with weights 1, 2 .. 2, 1.
@@ -80,11 +79,8 @@ fn down(@builtin(global_invocation_id) id: vec3u, @builtin(workgroup_id) group: 
     }
     for (var row = first_row; row < last_row; row++) {
         let sums = select(both, here, averages == 1u);
-        let to = out + row * wide;
-        memory[to] = sums.x & 0xffffu;
-        if count > 1u { memory[to + 1u] = sums.y & 0xffffu; }
-        if count > 2u { memory[to + 2u] = sums.x >> 16u; }
-        if count > 3u { memory[to + 3u] = sums.y >> 16u; }
+        // Columns beyond the last are not read.
+        quads[out + row * stride] = vec4u(sums & vec2u(0xffffu), sums >> vec2u(16u));
         let first = bytes_at(field, at);
         let middle = bytes_at(field, at + SPAN * wide);
         if averages == 2u {
@@ -98,7 +94,7 @@ fn down(@builtin(global_invocation_id) id: vec3u, @builtin(workgroup_id) group: 
 
 // Value of a field that is averaged once, from the sums of columns.
 fn noise_at(base: u32, first: u32, u: u32, v: u32) -> f32 {
-    let at = base + first + v * (law.size.x + 2u * RADIUS) + u;
+    let at = base + first + v * stride_of(law.size.x + 2u * RADIUS) + u;
     var sum = 0u;
     for (var k = 0u; k <= 2u * RADIUS; k++) {
         sum += memory[at + k];
@@ -108,7 +104,7 @@ fn noise_at(base: u32, first: u32, u: u32, v: u32) -> f32 {
 
 // Value of a field that is averaged twice.
 fn shift_at(base: u32, first: u32, u: u32, v: u32) -> f32 {
-    let at = base + first + v * (law.size.x + 4u * RADIUS) + u;
+    let at = base + first + v * stride_of(law.size.x + 4u * RADIUS) + u;
     var sum = 0u;
     for (var k = 0u; k <= 4u * RADIUS; k++) {
         sum += min(k + 1u, 4u * RADIUS + 1u - k) * memory[at + k];

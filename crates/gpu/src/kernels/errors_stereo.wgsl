@@ -1,9 +1,11 @@
 // Steps of a stereo camera's measurement; a pass each.
 
 // Disparities of a row; the sign tells whether both imagers see the surface.
-var<workgroup> row_disparity: array<f32, MOST_COLUMNS>;
+var<workgroup> row_disparity: array<f32, COLUMNS>;
+// Bits of the pixels that both imagers see, with a word before them and behind them.
+var<workgroup> row_seen: array<atomic<u32>, COLUMNS / 32u + 3u>;
 // Bits of the largest disparity in each column of the other imager's picture.
-var<workgroup> row_nearest: array<atomic<u32>, MOST_COLUMNS>;
+var<workgroup> row_nearest: array<atomic<u32>, COLUMNS>;
 
 const NO_COLUMN: u32 = 0xffffffffu;
 
@@ -27,6 +29,9 @@ fn pairs(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) t
         row_disparity[u] = d;
         atomicStore(&row_nearest[u], 0u);
     }
+    for (var word = thread; word < COLUMNS / 32u + 3u; word += ROW_THREADS) {
+        atomicStore(&row_seen[word], 0u);
+    }
     workgroupBarrier();
     for (var u = thread; u < width; u += ROW_THREADS) {
         let d = row_disparity[u];
@@ -44,22 +49,27 @@ fn pairs(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) t
         }
     }
     workgroupBarrier();
+    let to = group.y * law.words + group.x * width;
     for (var u = thread; u < width; u += ROW_THREADS) {
         let d = row_disparity[u];
         let there = column(u, d);
         let is_seen =
             there != NO_COLUMN && bitcast<f32>(atomicLoad(&row_nearest[min(there, width - 1u)])) <= d + law.surface_step;
-        row_disparity[u] = select(-d, d, is_seen);
+        if is_seen {
+            atomicOr(&row_seen[u / 32u + 1u], 1u << (u % 32u));
+        }
+        store(to + law.disparity + u, select(-d, d, is_seen));
     }
     workgroupBarrier();
-    let to = group.y * law.words + group.x * width;
     for (var u = thread; u < width; u += ROW_THREADS) {
-        store(to + law.disparity + u, row_disparity[u]);
-        var count = 0u;
-        for (var k = max(u, RADIUS) - RADIUS; k <= min(u + RADIUS, width - 1u); k++) {
-            count += select(0u, 1u, row_disparity[k] > 0.0);
+        // The bits of the window, whose first is that of pixel u - RADIUS.
+        let first_bit = u + 32u - RADIUS;
+        let shift = first_bit % 32u;
+        var bits = atomicLoad(&row_seen[first_bit / 32u]) >> shift;
+        if shift > 0u {
+            bits |= atomicLoad(&row_seen[first_bit / 32u + 1u]) << (32u - shift);
         }
-        memory[to + law.along + u] = count;
+        memory[to + law.along + u] = countOneBits(bits & ((1u << (2u * RADIUS + 1u)) - 1u));
     }
 }
 
@@ -142,11 +152,11 @@ fn ramp(@builtin(global_invocation_id) id: vec3u) {
         sum += d;
         squares += rounded(d * d);
     }
-    let pixels = size.x * size.y;
-    let to = id.z * law.words + law.ramp + id.y * size.x + id.x;
-    store(to, n);
-    store(to + pixels, sum);
-    store(to + 2u * pixels, squares);
+    let base = id.z * law.words;
+    let i = id.y * size.x + id.x;
+    store(base + law.ramp + i, n);
+    store(base + law.disparity + i, sum);
+    store(base + law.along + i, squares);
 }
 
 // The steps of disparity that a pixel measures; 0 without a measurement.
@@ -156,15 +166,14 @@ fn steps_of(image: u32, u: u32, v: u32) -> i32 {
     if !(load(base + law.taken + v * size.x + u) > 0.0) {
         return 0;
     }
-    let pixels = size.x * size.y;
     var n = 0.0;
     var sum = 0.0;
     var squares = 0.0;
     for (var k = max(v, RAMP) - RAMP; k <= min(v + RAMP, size.y - 1u); k++) {
-        let at = base + law.ramp + k * size.x + u;
-        n += load(at);
-        sum += load(at + pixels);
-        squares += load(at + 2u * pixels);
+        let at = base + k * size.x + u;
+        n += load(at + law.ramp);
+        sum += load(at + law.disparity);
+        squares += load(at + law.along);
     }
     let mean = quotient(sum, n);
     let variance = max(quotient(squares, n) - rounded(mean * mean), 0.0);

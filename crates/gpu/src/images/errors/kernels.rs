@@ -3,7 +3,7 @@
 use orchard_camera::TimeOfFlightErrors;
 use wgpu::{BufferBindingType, ComputePipeline};
 
-use super::law::{BLOCK_WORDS, MOST_COLUMNS};
+use super::law::BLOCK_WORDS;
 use super::model::{Kind, Model};
 use crate::device::Gpu;
 use crate::pipelines::Kernels;
@@ -120,7 +120,7 @@ fn source(model: &Model) -> String {
         ("BLUR", blur),
         ("RAYS", TimeOfFlightErrors::RAYS),
         ("BLOCK_WORDS", BLOCK_WORDS),
-        ("MOST_COLUMNS", MOST_COLUMNS),
+        ("COLUMNS", model.size().0),
         ("WHITE_THREADS", WHITE_THREADS),
         ("DOWN_THREADS", DOWN_THREADS),
         ("DOWN_ROWS", DOWN_ROWS),

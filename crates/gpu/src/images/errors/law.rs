@@ -4,6 +4,7 @@ use orchard_camera::{CoveredPixels, ImageKey, StereoErrors, TimeOfFlightErrors};
 use orchard_spec::{Purpose, Stream};
 
 use super::model::{Kind, Model};
+use crate::layout::QUAD;
 
 /// Random words that a thread makes: a block of ChaCha.
 pub(super) const BLOCK_WORDS: usize = 16;
@@ -132,7 +133,7 @@ impl Law {
         words = (words + 1).next_multiple_of(BLOCK_WORDS);
         for (first, averages) in down.iter_mut().zip(averages) {
             *first = words as u32;
-            words += (width + 2 * averages * radius) * height;
+            words += (width + 2 * averages * radius).next_multiple_of(QUAD) * height;
         }
         Self { words: words as u32, white, down, ..Self::default() }
     }
@@ -140,12 +141,12 @@ impl Law {
     /// First word of some numbers of every pixel.
     fn place(&mut self, count: u32) -> u32 {
         let first = self.words;
-        self.words += count * self.size[0] * self.size[1];
+        self.words = (first + count * self.size[0] * self.size[1]).next_multiple_of(QUAD as u32);
         first
     }
 
     fn stereo(mut self, errors: &StereoErrors, covered: Option<&CoveredPixels>) -> (Self, Vec<u32>) {
-        let [disparity, along, taken, ramp] = [1, 1, 1, 3].map(|count| self.place(count));
+        let [disparity, along, taken] = [1, 1, 1].map(|count| self.place(count));
         let bit_columns = self.size[0].div_ceil(u32::BITS);
         let (first_steps, table_steps) = covered.and_then(|_| steps(errors)).unwrap_or((0, 0));
         let step = errors.disparity_step;
@@ -157,7 +158,8 @@ impl Law {
             disparity,
             along,
             taken,
-            ramp,
+            // In the place of the sums of displacements.
+            ramp: self.down[1],
             noise_centre: errors.noise.centre,
             shift_centre: errors.shifts.centre,
             noise_scale: errors.noise.scale,

@@ -18,7 +18,7 @@ use law::{Law, Shot};
 use model::Model;
 
 /// Memory of the errors of the images that are measured at once \[bytes\], our own choice: enough of them for every core of a large device.
-const AT_ONCE: usize = 512 << 20;
+const AT_ONCE: usize = 1 << 30;
 /// Images whose numbers fill a step of the offsets of a binding.
 const ALIGNED: usize = 256 / size_of::<Shot>();
 
@@ -81,8 +81,17 @@ pub(super) struct Errors {
     left: Vec<(Shot, Vec<u32>)>,
     /// Measured depths of the latest call \[m\], image after image.
     measured: Option<wgpu::Buffer>,
-    /// What was recorded last: the camera, and the images of each part with the largest number of faults of one.
-    recorded: Option<(usize, Vec<(wgpu::BindGroup, usize, usize)>)>,
+    /// What was recorded last: the camera, and the parts.
+    recorded: Option<(usize, Vec<Part>)>,
+}
+
+/// Images that are measured at once.
+#[derive(Debug)]
+struct Part {
+    bindings: wgpu::BindGroup,
+    images: usize,
+    /// The largest number of faults of one of them.
+    most_faults: usize,
 }
 
 /// A camera's kernels and memory.
@@ -169,11 +178,11 @@ impl Errors {
         let parts = shots.chunks(at_once).enumerate().map(|(part, shots)| {
             let offset = (part * at_once * size_of::<Shot>()) as u64;
             let most_faults = shots.iter().map(|shot| shot.fault_count).max().unwrap_or(0) as usize;
-            (
-                camera.bind(gpu, [depths, measured, &faults_there], (&shots_there, offset)),
-                shots.len(),
+            Part {
+                bindings: camera.bind(gpu, [depths, measured, &faults_there], (&shots_there, offset)),
+                images: shots.len(),
                 most_faults,
-            )
+            }
         });
         self.recorded = Some((active, parts.collect()));
         self.record_again(encoder);
@@ -185,7 +194,7 @@ impl Errors {
         let Some((camera, parts)) = &self.recorded else { return };
         let camera = &self.cameras[*camera];
         let Some(memory) = &camera.memory else { return };
-        for (bindings, images, most_faults) in parts {
+        for Part { bindings, images, most_faults } in parts {
             encoder.clear_buffer(&memory.marks, 0, None);
             camera.kernels.record(encoder, bindings, *images, *most_faults);
         }

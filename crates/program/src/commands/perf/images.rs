@@ -91,7 +91,12 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
         let of_whole = rate(start, 1);
         let start = Instant::now();
         batch.draw_again(AGAIN)?;
-        let of_device = rate(start, AGAIN);
+        if round > 0 {
+            alone.push(rate(start, AGAIN));
+            whole.push(of_whole);
+        }
+    }
+    for round in 0..=rounds {
         let start = Instant::now();
         let seen = batch.depths(&views)?;
         let noisy = seen
@@ -100,8 +105,6 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
             .map(|(k, seen)| sensor.measure(seen, key(k)).pixels().iter().filter(|z| **z > 0.0).count());
         std::hint::black_box(noisy.sum::<usize>());
         if round > 0 {
-            alone.push(of_device);
-            whole.push(of_whole);
             here.push(rate(start, 1));
         }
     }
