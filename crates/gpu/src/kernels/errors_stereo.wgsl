@@ -112,8 +112,12 @@ fn take(@builtin(global_invocation_id) id: vec3u) {
     let base = id.z * law.words;
     let i = id.y * size.x + id.x;
     var support = 0u;
-    for (var v = max(id.y, RADIUS) - RADIUS; v <= min(id.y + RADIUS, size.y - 1u); v++) {
-        support += memory[base + law.along + v * size.x + id.x];
+    // Loops of a known number of turns; a row above the first wraps to one below the last.
+    for (var k = 0u; k <= 2u * RADIUS; k++) {
+        let v = id.y + k - RADIUS;
+        if v < size.y {
+            support += memory[base + law.along + v * size.x + id.x];
+        }
     }
     var taken = 0.0;
     let needed = rounded(law.least_support * f32(within(id.y, size.y) * within(id.x, size.x)));
@@ -146,11 +150,14 @@ fn ramp(@builtin(global_invocation_id) id: vec3u) {
     var n = 0.0;
     var sum = 0.0;
     var squares = 0.0;
-    for (var k = max(id.x, RAMP) - RAMP; k <= min(id.x + RAMP, size.x - 1u); k++) {
-        let d = load(row + k);
-        n += select(0.0, 1.0, d > 0.0);
-        sum += d;
-        squares += rounded(d * d);
+    for (var k = 0u; k <= 2u * RAMP; k++) {
+        let u = id.x + k - RAMP;
+        if u < size.x {
+            let d = load(row + u);
+            n += select(0.0, 1.0, d > 0.0);
+            sum += d;
+            squares += rounded(d * d);
+        }
     }
     let base = id.z * law.words;
     let i = id.y * size.x + id.x;
@@ -169,11 +176,14 @@ fn steps_of(image: u32, u: u32, v: u32) -> i32 {
     var n = 0.0;
     var sum = 0.0;
     var squares = 0.0;
-    for (var k = max(v, RAMP) - RAMP; k <= min(v + RAMP, size.y - 1u); k++) {
-        let at = base + k * size.x + u;
-        n += load(at + law.ramp);
-        sum += load(at + law.disparity);
-        squares += load(at + law.along);
+    for (var k = 0u; k <= 2u * RAMP; k++) {
+        let row = v + k - RAMP;
+        if row < size.y {
+            let at = base + row * size.x + u;
+            n += load(at + law.ramp);
+            sum += load(at + law.disparity);
+            squares += load(at + law.along);
+        }
     }
     let mean = quotient(sum, n);
     let variance = max(quotient(squares, n) - rounded(mean * mean), 0.0);
