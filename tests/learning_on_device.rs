@@ -110,7 +110,12 @@ fn images_of_a_stereo_camera_are_those_of_the_cpu() {
     let scenario = Scenario::of(&[("camera", "d435i")]).unwrap();
     let images = [Backend::Cpu, Backend::Gpu].map(|backend| {
         let spaces = Spaces { depth: true, ..Spaces::default() };
-        let env = started_in(&scenario, Settings { backend, spaces, ..Settings::of(Task::Reach) }, 1);
+        let mut env = started_in(&scenario, Settings { backend, spaces, ..Settings::of(Task::Reach) }, 1);
+        let hold = vec![0.0; env.interface().policy.action.len()];
+        // The first image comes after its latency.
+        for _ in 0..2 {
+            env.step(&hold, &[true]).unwrap();
+        }
         let field = env.interface().policy.observation.iter().position(|field| field.key == "depth").unwrap();
         let Values::F32(depth) = &env.observation(0)[field] else { panic!("no depth") };
         depth.clone()

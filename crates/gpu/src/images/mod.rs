@@ -96,7 +96,7 @@ impl ImageBatch {
 
     /// Memory on the device \[bytes\].
     pub fn bytes(&self) -> usize {
-        self.buffers.as_ref().map_or(0, |buffers| buffers.sizes.bytes())
+        self.buffers.as_ref().map_or(0, |buffers| buffers.sizes.bytes()) + self.errors.bytes()
     }
 
     /// Draws images with labels and instances, in the order of the views.

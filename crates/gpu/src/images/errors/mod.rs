@@ -130,6 +130,16 @@ impl Errors {
         self.left.clear();
     }
 
+    /// Memory on the device \[bytes\].
+    pub fn bytes(&self) -> usize {
+        let of = |camera: &Camera| {
+            let images = camera.memory.as_ref().map_or(0, |memory| memory.images);
+            images * camera.bytes_each().iter().sum::<usize>()
+        };
+        let measured = self.measured.as_ref().map_or(0, |measured| measured.size() as usize);
+        measured + self.cameras.iter().map(of).sum::<usize>()
+    }
+
     /// Pixels of an image that is being measured, if one is.
     pub fn pixels(&self) -> Option<usize> {
         let (width, height) = self.cameras[self.active?].model.measured_size();
