@@ -19,7 +19,11 @@ fn seeing(backend: Backend, envs: u32) -> TaskEnv {
 }
 
 fn started(settings: Settings, envs: u32) -> TaskEnv {
-    let mut env = TaskEnv::new(&Scenario::of(&[]).unwrap(), &settings, 0..envs).unwrap();
+    started_in(&Scenario::of(&[]).unwrap(), settings, envs)
+}
+
+fn started_in(scenario: &Scenario, settings: Settings, envs: u32) -> TaskEnv {
+    let mut env = TaskEnv::new(scenario, &settings, 0..envs).unwrap();
     env.reset(&vec![Some(SEED); envs as usize], &vec![true; envs as usize]).unwrap();
     env
 }
@@ -179,6 +183,30 @@ fn agree(here: &TaskEnv, there: &mut TaskEnv, step: usize) -> usize {
 fn observations_of_the_processor_are_not_on_a_device() {
     let e = env(Task::Reach, Backend::Cpu, 1).keep_on_device(false).unwrap_err().to_string();
     assert_eq!(e, "backend gpu: the observations are the processor's");
+}
+
+/// The device adds the errors of a stereo camera, too: with the same random numbers, so that only pixels at silhouettes differ.
+#[test]
+fn images_of_a_stereo_camera_are_those_of_the_cpu() {
+    if device().is_none() {
+        return;
+    }
+    let scenario = Scenario::of(&[("camera", "d435i")]).unwrap();
+    let images = [Backend::Cpu, Backend::Gpu].map(|backend| {
+        let spaces = Spaces { depth: true, ..Spaces::default() };
+        let mut env = started_in(&scenario, Settings { backend, spaces, ..Settings::of(Task::Reach) }, 1);
+        let hold = vec![0.0; env.interface().policy.action.len()];
+        // The first image comes after its latency.
+        for _ in 0..2 {
+            env.step(&hold, &[true]).unwrap();
+        }
+        let field = env.interface().policy.observation.iter().position(|field| field.key == "depth").unwrap();
+        let Values::F32(depth) = &env.observation(0)[field] else { panic!("no depth") };
+        depth.clone()
+    });
+    let differ = images[0].iter().zip(&images[1]).filter(|(a, b)| a != b).count();
+    assert!(images[0].iter().filter(|z| **z > 0.0).count() > 10_000);
+    assert!(10_000 * differ <= images[0].len(), "{differ} pixels differ");
 }
 
 #[test]

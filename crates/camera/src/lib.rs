@@ -20,6 +20,8 @@ mod visibility;
 pub use depth::{Frame, render};
 pub use moving::MovingScene;
 pub use scene::{Geometry, Item, Label, NO_INSTANCE, Rgb, Scene, Tint};
-pub use sensor::{Capture, Exposure, ImageKey, Sensor};
+pub use sensor::{
+    Capture, CoveredPixels, Exposure, FieldScale, ImageKey, Sensor, StereoErrors, TimeOfFlightErrors,
+};
 pub use solid::Solid;
 pub use visibility::{FruitView, PixelBox, fruit_views};

@@ -6,6 +6,11 @@ mod stereo;
 mod time_of_flight;
 mod window;
 
+pub use noise::FieldScale;
+pub use registration::CoveredPixels;
+pub use stereo::StereoErrors;
+pub use time_of_flight::TimeOfFlightErrors;
+
 use registration::register;
 
 use crate::{Frame, Label, NO_INSTANCE, Scene, render};
@@ -105,18 +110,23 @@ impl Sensor {
         let (intrinsics, (near, far)) = match self.spec.measurement() {
             Measurement::Exact => (imager, self.spec.range()),
             Measurement::Stereo(_) => (imager, EVERYWHERE),
-            Measurement::TimeOfFlight(_) => (finer(&imager, time_of_flight::RAYS), EVERYWHERE),
+            Measurement::TimeOfFlight(_) => (finer(&imager, TimeOfFlightErrors::RAYS), EVERYWHERE),
         };
         Exposure { intrinsics, x_world_camera: x_world_imager, near, far }
     }
 
     /// Makes the measured depth \[m\], 0 without a measurement, from the depths of [`Self::exposure`], drawn by any renderer.
     pub fn measure(&self, seen: &DepthImage, key: ImageKey) -> DepthImage {
-        let imager = self.spec.native().map_or(self.intrinsics, of_lens);
+        let imager = self.imager();
         let measured = match self.spec.measurement() {
             Measurement::Exact => seen.clone(),
-            Measurement::Stereo(spec) => stereo::measure(spec, imager.fx, seen, key),
-            Measurement::TimeOfFlight(spec) => time_of_flight::measure(spec, seen, key),
+            Measurement::Stereo(spec) => {
+                stereo::measure(&StereoErrors::new(spec, (imager.width, imager.height), imager.fx), seen, key)
+            }
+            Measurement::TimeOfFlight(spec) => {
+                let errors = TimeOfFlightErrors::new(spec, (imager.width, imager.height));
+                time_of_flight::measure(&errors, seen, key)
+            }
         };
         match self.spec.native() {
             None => measured,
@@ -129,6 +139,45 @@ impl Sensor {
     /// True if the camera has no errors: it measures the depths of [`Self::exposure`] as they are.
     pub fn is_exact(&self) -> bool {
         self.spec.native().is_none() && matches!(self.spec.measurement(), Measurement::Exact)
+    }
+
+    /// Errors of a stereo camera, for kernels that add them elsewhere; `None` for cameras of other kinds.
+    pub fn stereo(&self) -> Option<StereoErrors> {
+        let imager = self.imager();
+        match self.spec.measurement() {
+            Measurement::Stereo(spec) => {
+                Some(StereoErrors::new(spec, (imager.width, imager.height), imager.fx))
+            }
+            Measurement::Exact | Measurement::TimeOfFlight(_) => None,
+        }
+    }
+
+    /// Errors of a time-of-flight camera, for kernels that add them elsewhere; `None` for cameras of other kinds.
+    pub fn time_of_flight(&self) -> Option<TimeOfFlightErrors> {
+        let imager = self.imager();
+        match self.spec.measurement() {
+            Measurement::TimeOfFlight(spec) => {
+                Some(TimeOfFlightErrors::new(spec, (imager.width, imager.height)))
+            }
+            Measurement::Exact | Measurement::Stereo(_) => None,
+        }
+    }
+
+    /// The pixels that those of the depth imager cover, if images are registered to the view of another camera.
+    pub fn covered(&self) -> Option<CoveredPixels> {
+        let native = self.spec.native()?;
+        let (right, bridge) = (native.right.si(), native.bridge.si());
+        Some(CoveredPixels { imager: of_lens(native), camera: self.intrinsics, right, bridge })
+    }
+
+    /// Spec of the camera.
+    pub fn spec(&self) -> &CameraSpec {
+        &self.spec
+    }
+
+    /// Intrinsics of the imager that measures.
+    fn imager(&self) -> Intrinsics {
+        self.spec.native().map_or(self.intrinsics, of_lens)
     }
 
     /// Draws the truth of an image ([`Capture::truth`]).
@@ -156,7 +205,7 @@ impl Sensor {
     /// the second imager of a stereo camera.
     fn keep_field(&self, frame: &mut Frame) {
         let native = self.spec.native();
-        let imager = native.map_or(self.intrinsics, of_lens);
+        let imager = self.imager();
         let right = native.map_or(0.0, |native| native.right.si());
         let baseline = match self.spec.measurement() {
             Measurement::Stereo(spec) => spec.baseline.si(),

@@ -75,6 +75,14 @@ pub enum GpuError {
     /// The device stopped working; everything computed since the last read is lost.
     #[error("the graphics device was lost: {0}. Nothing was read from it; create the batch again")]
     Lost(String),
+    /// The device has no kernels for the errors of a camera.
+    #[error(
+        "a graphics device has no kernels for the errors of the camera {camera}; Sensor::measure adds them on the processor"
+    )]
+    NoKernels {
+        /// Name of the camera's kind.
+        camera: &'static str,
+    },
     /// The worlds cannot form a batch.
     #[error(transparent)]
     Batch(#[from] BatchError),

@@ -3,7 +3,7 @@
 //! A [`GpuBatch`] steps trees with fruit, ruptures and detachments, without a robot, as `orchard_batch::Batch` does on the processor. Every world may have its own
 //! dimensions and its own topology. A batch is made of given worlds, or of one base tree ([`BaseTree`]) from which the device draws the dimensions of every world ([`GpuBatch::randomised`]).
 //! A [`RobotBatch`] steps robots of one kind, each alone, a [`WorldBatch`] worlds with a tree and such a robot, which pushes it (`docs/computation/gpu-world.md`).
-//! An [`ImageBatch`] draws depth images of many scenes (`docs/computation/gpu-images.md`).
+//! An [`ImageBatch`] draws depth images of many scenes, exactly or with the errors of a camera (`docs/computation/gpu-images.md`).
 //! The kernels are in `kernels/*.wgsl`. Those that step worlds are tested against the f64 worlds; those that draw worlds have twins in Rust (`twin/`) besides.
 //! `docs/computation/gpu.md` describes the layout of memory and the distribution of work over threads.
 //!
@@ -36,6 +36,8 @@ mod device;
 #[cfg(test)]
 #[path = "../../camera/tests/suite/common/direction.rs"]
 mod direction;
+#[cfg(test)]
+mod error_tests;
 #[cfg(test)]
 mod image_tests;
 mod images;
@@ -81,7 +83,7 @@ struct Readme;
 pub use arrays::DeviceArray;
 pub use batch::{GpuBatch, Options, Statistics};
 pub use device::{Choice, Gpu, GpuError, GpuInfo};
-pub use images::{DepthMask, ImageBatch, Subject, View};
+pub use images::{DepthMask, ImageBatch, Look, Subject, View};
 pub use memory::Room;
 pub use robots::RobotBatch;
 pub use schedule::{ScheduleError, WARPS};

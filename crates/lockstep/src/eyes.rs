@@ -1,15 +1,27 @@
 //! Images of many worlds, drawn on a graphics device.
 
+use std::sync::Arc;
+
 use orchard_geometry::DepthImage;
-use orchard_gpu::{DeviceArray, Gpu, GpuError, ImageBatch, Subject, View};
+use orchard_gpu::{DeviceArray, Gpu, GpuError, ImageBatch, Look, Subject, View};
 use orchard_robot::Observation;
 use orchard_world::{Sight, World};
 use rayon::prelude::*;
 
-/// A world with its place, its sight, and what was drawn of it.
-type Drawn<'a, 'b> = ((&'a mut (usize, &'b mut World), Option<Sight>), Option<DepthImage>);
+/// An image that the device made.
+#[derive(Debug)]
+enum Made {
+    /// Exact depths; the errors of its camera are to be added here.
+    Exact(DepthImage),
+    /// Depths with the errors of its camera.
+    Measured(DepthImage),
+}
 
-/// Draws the depth images of the wrist cameras of many worlds. The device draws exact depth; the errors of a camera are added on the processor, by the code and with the bits of [`World::observe`].
+/// A world with its place, its sight, and what was drawn of it.
+type Drawn<'a, 'b> = ((&'a mut (usize, &'b mut World), Option<Sight>), Option<Made>);
+
+/// Draws the depth images of the wrist cameras of many worlds. The device adds the errors of the cameras for which it has kernels ([`ImageBatch::can_measure`]), from its exact depths and with the processor's bits; those of
+/// other cameras are added on the processor, by the code of [`World::observe`].
 #[derive(Debug)]
 pub struct Eyes {
     images: ImageBatch,
@@ -29,7 +41,8 @@ impl Eyes {
         let sights: Vec<Option<Sight>> = worlds.par_iter().map(|(_, world)| world.delivers()).collect();
         let seen = self.draw(worlds, &sights)?;
         let observe = |(((_, world), sight), seen): Drawn<'_, '_>| match (sight, seen) {
-            (Some(sight), Some(seen)) => world.observe_drawn(sight, &seen),
+            (Some(sight), Some(Made::Exact(seen))) => world.observe_drawn(sight, &seen),
+            (Some(sight), Some(Made::Measured(measured))) => world.observe_measured(sight, measured),
             // No image is due.
             _ => world.observe(),
         };
@@ -45,14 +58,16 @@ impl Eyes {
         let sights: Vec<Option<Sight>> = worlds.par_iter().map(latest).collect();
         let seen = self.draw(worlds, &sights)?;
         worlds.par_iter_mut().zip(sights).zip(seen).for_each(|(((_, world), sight), seen): Drawn<'_, '_>| {
-            if let (Some(sight), Some(seen)) = (sight, seen) {
-                world.replace_image(sight, &seen);
+            match (sight, seen) {
+                (Some(sight), Some(Made::Exact(seen))) => world.replace_image(sight, &seen),
+                (Some(sight), Some(Made::Measured(measured))) => world.replace_measured(sight, measured),
+                _ => {}
             }
         });
         Ok(())
     }
 
-    /// As [`Self::observe`], into rows of an array on the device, which has one for each place. The pixels of a camera without errors are drawn there, and here only if someone asks for them; the image of another camera is measured here, and sent.
+    /// As [`Self::observe`], into rows of an array on the device, which has one for each place. The pixels of a camera without errors are drawn there, and here only if someone asks for them; the image of another camera is read back, and sent.
     ///
     /// # Errors
     /// As [`Self::observe`].
@@ -122,15 +137,48 @@ impl Eyes {
         Ok(true)
     }
 
-    /// Draws the exposures of the sights that there are.
+    /// Draws the exposures of the sights that there are, and measures those of cameras that the device can measure for.
     fn draw(
         &mut self,
         worlds: &[(usize, &mut World)],
         sights: &[Option<Sight>],
-    ) -> Result<Vec<Option<DepthImage>>, GpuError> {
-        let views = self.views(&there(worlds, sights));
-        let mut drawn = self.images.depths(&views)?.into_iter();
-        Ok(sights.iter().map(|sight| sight.as_ref().and_then(|_| drawn.next())).collect())
+    ) -> Result<Vec<Option<Made>>, GpuError> {
+        let there = worlds.iter().zip(sights).enumerate();
+        let there = there.filter_map(|(i, ((place, _), sight))| Some((i, *place, sight.as_ref()?)));
+        let mut left: Vec<(usize, usize, &Sight)> = there.collect();
+        for (_, place, sight) in &left {
+            self.images.keep(*place, &sight.visible);
+        }
+        let mut made: Vec<Option<Made>> = sights.iter().map(|_| None).collect();
+        // All worlds of an environment have one camera, as a rule.
+        while let Some((_, _, first)) = left.first() {
+            let sensor = first.sensor.clone();
+            let is_alike = |sight: &Sight| Arc::ptr_eq(&sight.sensor, &sensor) || sight.sensor == sensor;
+            let (now, later): (Vec<_>, Vec<_>) = left.into_iter().partition(|(_, _, sight)| is_alike(sight));
+            left = later;
+            fn subject(place: usize, sight: &Sight) -> Subject<'_> {
+                Subject::Kept { place, x_world_body: &sight.x_world_body }
+            }
+            let drawn: Vec<Made> = if ImageBatch::can_measure(&sensor) {
+                let looks = now.iter().map(|(_, place, sight)| Look {
+                    subject: subject(*place, sight),
+                    x_world_camera: sight.x_world_camera,
+                    key: sight.key,
+                });
+                let measured = self.images.measured(&sensor, &looks.collect::<Vec<_>>())?;
+                measured.into_iter().map(Made::Measured).collect()
+            } else {
+                let views = now.iter().map(|(_, place, sight)| View {
+                    subject: subject(*place, sight),
+                    exposure: sight.exposure(),
+                });
+                self.images.depths(&views.collect::<Vec<_>>())?.into_iter().map(Made::Exact).collect()
+            };
+            for ((i, _, _), image) in now.into_iter().zip(drawn) {
+                made[i] = Some(image);
+            }
+        }
+        Ok(made)
     }
 
     /// The views of sights, whose scenes the device keeps at their places.

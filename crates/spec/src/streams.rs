@@ -149,6 +149,12 @@ impl Stream {
         self.0.fill_bytes(bytes);
     }
 
+    /// Skips what [`Self::fill`] draws for some bytes: whole words of 32 bits.
+    pub fn skip(&mut self, bytes: usize) {
+        let words = bytes.div_ceil(size_of::<u32>());
+        self.0.set_word_pos(self.0.get_word_pos() + words as u128);
+    }
+
     /// Uniform number in [0, 1), 53 bits.
     pub fn unit(&mut self) -> f64 {
         (self.0.next_u64() >> 11) as f64 * (1.0 / 9_007_199_254_740_992.0)
@@ -228,6 +234,19 @@ mod tests {
         let mut bytes = [0; 8];
         Stream::of_frame(1, 1, 1, Purpose::SensorNoise).fill(&mut bytes);
         assert_eq!(u64::from_le_bytes(bytes), all[3]);
+    }
+
+    #[test]
+    fn skipping_is_filling() {
+        for lengths in [[0, 5, 64], [1, 256, 255], [7, 1023, 2]] {
+            let (mut a, mut b) =
+                (Stream::of_frame(1, 2, 3, Purpose::Test), Stream::of_frame(1, 2, 3, Purpose::Test));
+            for bytes in lengths {
+                a.fill(&mut vec![0; bytes]);
+                b.skip(bytes);
+            }
+            assert_eq!(a.unit(), b.unit());
+        }
     }
 
     /// The numbers are part of the seed version: a change here changes every tree.

@@ -21,8 +21,10 @@ pub struct Sight {
     pub x_world_body: Vec<Pose>,
     /// Pose of the optical frame.
     pub x_world_camera: Pose,
-    pub(crate) key: ImageKey,
-    pub(crate) sensor: Arc<Sensor>,
+    /// Key of its errors.
+    pub key: ImageKey,
+    /// The camera.
+    pub sensor: Arc<Sensor>,
 }
 
 impl Sight {
@@ -55,8 +57,13 @@ impl Sight {
 
     /// Makes the image of the depths of [`Self::exposure`], drawn elsewhere.
     pub(crate) fn taken_from(self, seen: &DepthImage) -> CameraTruth {
-        let measured = self.sensor.measure(seen, self.key).into();
-        CameraTruth { measured, ..self.undrawn() }
+        let measured = self.sensor.measure(seen, self.key);
+        self.measured(measured)
+    }
+
+    /// The image whose depths were measured elsewhere.
+    pub(crate) fn measured(self, measured: DepthImage) -> CameraTruth {
+        CameraTruth { measured: measured.into(), ..self.undrawn() }
     }
 }
 

@@ -231,6 +231,11 @@ impl World {
         self.observe_image(Some(sight.taken_from(seen)))
     }
 
+    /// [`Self::observe_drawn`] with an image that was measured elsewhere, too, as the sight's camera measures with its key.
+    pub fn observe_measured(&mut self, sight: Sight, measured: DepthImage) -> Observation {
+        self.observe_image(Some(sight.measured(measured)))
+    }
+
     fn observe_image(&mut self, delivered: Option<CameraTruth>) -> Observation {
         if let Some(truth) = &delivered {
             self.keep_motion(truth.sight.frame);
@@ -256,6 +261,11 @@ impl World {
     /// Replaces the latest image by one of the same sight that was drawn elsewhere.
     pub fn replace_image(&mut self, sight: Sight, seen: &DepthImage) {
         self.state.image = Some(Arc::new(sight.taken_from(seen)));
+    }
+
+    /// [`Self::replace_image`] by one that was measured elsewhere, too.
+    pub fn replace_measured(&mut self, sight: Sight, measured: DepthImage) {
+        self.state.image = Some(Arc::new(sight.measured(measured)));
     }
 
     /// Returns the observation of [`Self::observe`] without keeping its image as the latest one. A controller beside a policy uses it, so that

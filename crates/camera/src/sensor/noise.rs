@@ -12,37 +12,56 @@ use orchard_spec::Stream;
 pub(super) struct Field {
     /// Sums of bytes over the window.
     sums: Image<i32>,
+    scale: FieldScale,
+}
+
+/// Scale of a random field over an image: twice a sum of bytes, less `centre`, times `scale` has mean 0 and variance 1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FieldScale {
     /// Twice the mean of a sum.
-    centre: i32,
-    scale: f32,
+    pub centre: i32,
+    /// One over the standard deviation of twice a sum.
+    pub scale: f32,
+}
+
+impl FieldScale {
+    /// Scale of a field of windows of 2 `radius` + 1 pixels, averaged once or twice.
+    pub(super) fn new(radius: usize, averages: usize) -> Self {
+        let w = 2 * radius + 1;
+        let count = if averages == 2 { w * w * w * w } else { w * w };
+        Self { centre: 255 * count as i32, scale: (1.0 / variance(w, averages).sqrt()) as f32 }
+    }
+}
+
+/// Columns and rows of the bytes of which a field is averaged.
+fn padded_size((width, height): (usize, usize), radius: usize, averages: usize) -> (usize, usize) {
+    let margin = averages * radius;
+    (width + 2 * margin, height + 2 * margin)
 }
 
 impl Field {
     /// Draws a field; `averages` is 1 or 2.
-    pub fn draw(
-        stream: &mut Stream,
-        (width, height): (usize, usize),
-        radius: usize,
-        averages: usize,
-    ) -> Self {
-        let margin = averages * radius;
-        let (wide, high) = (width + 2 * margin, height + 2 * margin);
+    pub fn draw(stream: &mut Stream, size: (usize, usize), radius: usize, averages: usize) -> Self {
+        let (wide, high) = padded_size(size, radius, averages);
         let mut bytes = vec![0; wide * high];
         stream.fill(&mut bytes);
         let white = Image::from_pixels(wide, high, bytes).unwrap_or_else(|| Image::filled(0, 0, 0_u8));
         let mut sums = window_sums(&white, radius);
-        let w = 2 * radius + 1;
-        let mut count = w * w;
         if averages == 2 {
             sums = window_sums(&sums, radius);
-            count *= w * w;
         }
-        Self { sums, centre: 255 * count as i32, scale: (1.0 / variance(w, averages).sqrt()) as f32 }
+        Self { sums, scale: FieldScale::new(radius, averages) }
+    }
+
+    /// Skips the numbers of a field in its stream.
+    pub fn skip(stream: &mut Stream, size: (usize, usize), radius: usize, averages: usize) {
+        let (wide, high) = padded_size(size, radius, averages);
+        stream.skip(wide * high);
     }
 
     /// Value at a pixel, by its row-major index.
     pub fn at(&self, i: usize) -> f32 {
-        (2 * self.sums.pixels()[i] - self.centre) as f32 * self.scale
+        (2 * self.sums.pixels()[i] - self.scale.centre) as f32 * self.scale.scale
     }
 }
 
@@ -54,15 +73,24 @@ fn variance(w: usize, averages: usize) -> f64 {
     (256.0 * 256.0 - 1.0) / 3.0 * weights * weights
 }
 
-/// Number of faults in the window about each pixel. A pixel has no match if its window has a fault. Faults are independent
-/// with probability p, so that the share of pixels without a match is `share`: 1 - (1 - p)^(w^2) = share.
-pub(super) fn refusals(
+/// Number of faults in the window about each pixel ([`each_fault`]). A pixel has no match if its window has a fault.
+pub(super) fn refusals(stream: &mut Stream, size: (usize, usize), radius: usize, share: f64) -> Image<i32> {
+    let (wide, high) = padded_size(size, radius, 1);
+    let mut faults = Image::filled(wide, high, 0_u8);
+    each_fault(stream, size, radius, share, |fault| faults.pixels_mut()[fault] = 1);
+    window_sums(&faults, radius)
+}
+
+/// Draws the faults of an image with `radius` more pixels on every side, and calls `found` with the row-major index of each. Faults are
+/// independent with probability p, so that the share of pixels without a match is `share`: 1 - (1 - p)^(w^2) = share.
+pub(super) fn each_fault(
     stream: &mut Stream,
-    (width, height): (usize, usize),
+    size: (usize, usize),
     radius: usize,
     share: f64,
-) -> Image<i32> {
-    let mut faults = Image::filled(width + 2 * radius, height + 2 * radius, 0_u8);
+    mut found: impl FnMut(usize),
+) {
+    let (wide, high) = padded_size(size, radius, 1);
     let w = (2 * radius + 1) as f64;
     // Zero for shares too small to differ from 0.
     let log_sound = math::ln(1.0 - share) / (w * w);
@@ -70,12 +98,11 @@ pub(super) fn refusals(
         // Pixels from one fault to the next are geometrically distributed.
         let mut gap = || (math::ln(1.0 - stream.unit()) / log_sound) as usize;
         let mut at = gap();
-        while let Some(fault) = faults.pixels_mut().get_mut(at) {
-            *fault = 1;
+        while at < wide * high {
+            found(at);
             at = at.saturating_add(1).saturating_add(gap());
         }
     }
-    window_sums(&faults, radius)
 }
 
 #[cfg(test)]

@@ -16,17 +16,14 @@ pub(super) fn register(
 ) -> DepthImage {
     let mut out = Image::filled(camera.width, camera.height, 0.0_f32);
     let (width, height) = (depth.width(), depth.height());
-    let seen = |u: f64, v: f64, z: f64| {
-        let p = imager.back_project(u, v, z) - Vec3::new(right, 0.0, 0.0);
-        (camera.fx * p.x / z + camera.cx, camera.fy * p.y / z + camera.cy, z)
-    };
+    let seen = |u: f64, v: f64, z: f64| seen_at(imager, camera, right, (u, v, z));
     if bridge == 0.0 {
         for v in 0..height {
             for u in 0..width {
                 let z = f64::from(depth[(u, v)]);
                 if z > 0.0 {
                     let (u, v) = (u as f64, v as f64);
-                    fill(&mut out, seen(u - 0.5, v - 0.5, z), seen(u + 0.5, v + 0.5, z));
+                    fill(&mut out, seen(u - HALF, v - HALF, z), seen(u + HALF, v + HALF, z));
                 }
             }
         }
@@ -46,6 +43,56 @@ pub(super) fn register(
         }
     }
     out
+}
+
+/// The pixels of a camera that those of an imager beside it cover, for kernels that register images elsewhere.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CoveredPixels {
+    /// Intrinsics of the imager.
+    pub imager: Intrinsics,
+    /// Intrinsics of the camera; the axes of both are parallel.
+    pub camera: Intrinsics,
+    /// Position of the camera to the right of the imager \[m\].
+    pub right: f64,
+    /// Largest difference of depth between neighbouring pixels across which depth is interpolated \[m\]; 0: none is, and each pixel covers its own rectangle.
+    pub bridge: f64,
+}
+
+impl CoveredPixels {
+    /// Columns and rows of the camera.
+    pub fn size(&self) -> (usize, usize) {
+        (self.camera.width, self.camera.height)
+    }
+
+    /// First column of the camera that each column of the imager covers at a depth \[m\], and the end of the last, then the same of rows. A pixel covers the columns up to the first
+    /// of the next.
+    pub fn firsts(&self, depth: f32) -> impl Iterator<Item = u32> {
+        let Self { imager, camera, right, .. } = *self;
+        let z = f64::from(depth);
+        let columns = (0..=imager.width).map(move |u| {
+            let at = seen_at(&imager, &camera, right, (u as f64 - HALF, 0.0, z)).0;
+            first(at, camera.width)
+        });
+        let rows = (0..=imager.height).map(move |v| {
+            let at = seen_at(&imager, &camera, right, (0.0, v as f64 - HALF, z)).1;
+            first(at, camera.height)
+        });
+        columns.chain(rows)
+    }
+}
+
+/// From the middle of a pixel to its edge.
+const HALF: f64 = 0.5;
+
+/// First whole number from a position on, within the image or its end.
+fn first(at: f64, size: usize) -> u32 {
+    (at.ceil().max(0.0) as usize).min(size) as u32
+}
+
+/// Where a camera `right` \[m\] of an imager sees a point of the imager's.
+fn seen_at(imager: &Intrinsics, camera: &Intrinsics, right: f64, (u, v, z): Point) -> Point {
+    let p = imager.back_project(u, v, z) - Vec3::new(right, 0.0, 0.0);
+    (camera.fx * p.x / z + camera.cx, camera.fy * p.y / z + camera.cy, z)
 }
 
 /// Pixel position and depth.

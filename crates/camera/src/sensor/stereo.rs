@@ -3,34 +3,112 @@
 //! Equations, figures and limits: `docs/computation/sensor.md`.
 
 use super::ImageKey;
-use super::noise::{Field, refusals};
+use super::noise::{Field, FieldScale, each_fault, refusals};
 use super::window::{padded, window_sums, within};
 use orchard_geometry::{DepthImage, Image};
 use orchard_spec::camera::StereoSpec;
 use orchard_spec::{Purpose, Stream};
 
-/// Returns the measured depth \[m\], 0 without a measurement. `focal` is the horizontal focal length \[px\]; `truth` is the true
-/// depth at any range, 0 where there is no surface.
-pub(super) fn measure(spec: &StereoSpec, focal: f64, truth: &DepthImage, key: ImageKey) -> DepthImage {
-    let (width, height) = (truth.width(), truth.height());
-    let (size, radius) = ((width, height), spec.window_radius.get() as usize);
-    let mut stream = Stream::of_frame(key.seed, key.world, key.frame, Purpose::SensorNoise);
-    let noise = Field::draw(&mut stream, size, radius, 1);
-    // Two averages make edges smooth.
-    let shift_u = Field::draw(&mut stream, size, radius, 2);
-    let shift_v = Field::draw(&mut stream, size, radius, 2);
-    let refused = refusals(&mut stream, size, radius, spec.dropout_share());
+/// Errors of a stereo camera as its arithmetic takes them, for kernels that add them elsewhere ([`Sensor::stereo`](super::Sensor::stereo)).
+/// Figures are of the depth imager, in single precision where the arithmetic is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StereoErrors {
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Focal length times the distance between the imagers \[px m\].
+    pub focal_baseline: f32,
+    /// Pixels by which the matching window extends to each side.
+    pub window_radius: usize,
+    /// Difference of disparity above which two pixels belong to different surfaces \[px\].
+    pub surface_step: f32,
+    /// Standard deviation of the disparity \[px\].
+    pub disparity_sd: f32,
+    /// Smallest step of the disparity \[px\].
+    pub disparity_step: f32,
+    /// Standard deviation of an edge's displacement \[px\].
+    pub edge_shift: f32,
+    /// Least share of a window that must show surfaces visible to both imagers.
+    pub least_support: f32,
+    /// Pixels to each side over which a step of disparity becomes a ramp.
+    pub edge_ramp: usize,
+    /// Largest standard deviation of the disparities that mix in a valid pixel \[px\].
+    pub edge_limit: f32,
+    /// Least and largest measured depth \[m\].
+    pub range: (f32, f32),
+    /// Share of pixels without a match.
+    pub dropout_share: f64,
+    /// Scale of the field of noise, averaged once.
+    pub noise: FieldScale,
+    /// Scale of the fields of displacements, averaged twice.
+    pub shifts: FieldScale,
+}
 
-    let surface_step = spec.surface_step.si() as f32;
-    let focal_baseline = (focal * spec.baseline.si()) as f32;
+impl StereoErrors {
+    /// Numbers of averages of the random fields of an image, in the order in which they are drawn: noise, and the displacements of edges along rows and along
+    /// columns. Two averages make edges smooth.
+    pub const AVERAGES: [usize; 3] = [1, 2, 2];
+
+    /// Figures of a spec with an imager's width, height and horizontal focal length \[px\].
+    pub(super) fn new(spec: &StereoSpec, (width, height): (usize, usize), focal: f64) -> Self {
+        let window_radius = spec.window_radius.get() as usize;
+        let (near, far) = spec.range.si();
+        Self {
+            width,
+            height,
+            focal_baseline: (focal * spec.baseline.si()) as f32,
+            window_radius,
+            surface_step: spec.surface_step.si() as f32,
+            disparity_sd: spec.disparity_sd() as f32,
+            disparity_step: spec.disparity_step.si() as f32,
+            edge_shift: spec.edge_shift.si() as f32,
+            least_support: spec.least_support.si() as f32,
+            edge_ramp: spec.edge_ramp.get() as usize,
+            edge_limit: spec.edge_limit.si() as f32,
+            range: (near as f32, far as f32),
+            dropout_share: spec.dropout_share(),
+            noise: FieldScale::new(window_radius, 1),
+            shifts: FieldScale::new(window_radius, 2),
+        }
+    }
+
+    /// Faults of an image with `window_radius` more pixels on every side, by row-major index in ascending order: a pixel whose window has one has no match. They are
+    /// what the processor draws behind the random fields.
+    pub fn faults(&self, key: ImageKey) -> Vec<u32> {
+        let (mut stream, size) = (stream_of(key), (self.width, self.height));
+        for averages in Self::AVERAGES {
+            Field::skip(&mut stream, size, self.window_radius, averages);
+        }
+        let mut faults = Vec::new();
+        each_fault(&mut stream, size, self.window_radius, self.dropout_share, |fault| {
+            faults.push(fault as u32)
+        });
+        faults
+    }
+}
+
+fn stream_of(key: ImageKey) -> Stream {
+    Stream::of_frame(key.seed, key.world, key.frame, Purpose::SensorNoise)
+}
+
+/// Returns the measured depth \[m\], 0 without a measurement. `truth` is the true depth at any range, 0 where there is no surface.
+pub(super) fn measure(errors: &StereoErrors, truth: &DepthImage, key: ImageKey) -> DepthImage {
+    let (width, height) = (truth.width(), truth.height());
+    let (size, radius) = ((width, height), errors.window_radius);
+    let mut stream = stream_of(key);
+    let [noise, shift_u, shift_v] =
+        StereoErrors::AVERAGES.map(|averages| Field::draw(&mut stream, size, radius, averages));
+    let refused = refusals(&mut stream, size, radius, errors.dropout_share);
+
+    let StereoErrors { focal_baseline, surface_step, .. } = *errors;
     let disparity = disparities(truth, focal_baseline);
     let matched = in_both_views(&disparity, surface_step);
     let support = window_sums(&padded(&matched, radius), radius);
 
-    let (sd, shift) = (spec.disparity_sd() as f32, spec.edge_shift.si() as f32);
-    let (step, least) = (spec.disparity_step.si() as f32, spec.least_support.si() as f32);
-    let (near, far) = spec.range.si();
-    let (near, far) = (near as f32, far as f32);
+    let (sd, shift) = (errors.disparity_sd, errors.edge_shift);
+    let (step, least) = (errors.disparity_step, errors.least_support);
+    let (near, far) = errors.range;
     let (d_true, matched, support) = (disparity.pixels(), matched.pixels(), support.pixels());
     let mut taken = Image::filled(width, height, 0.0_f32);
     for (v, row) in taken.pixels_mut().chunks_exact_mut(width.max(1)).enumerate() {
@@ -51,7 +129,7 @@ pub(super) fn measure(spec: &StereoSpec, focal: f64, truth: &DepthImage, key: Im
             }
         }
     }
-    let ramped = ramped(taken, spec.edge_ramp.get() as usize, spec.edge_limit.si() as f32);
+    let ramped = ramped(taken, errors.edge_ramp, errors.edge_limit);
     let mut measured = Image::filled(width, height, 0.0_f32);
     for (i, (z, &d)) in measured.pixels_mut().iter_mut().zip(ramped.pixels()).enumerate() {
         if d > 0.0 {

@@ -1,6 +1,7 @@
 //! Exact depth images of many scenes at once.
 
 mod buffers;
+mod errors;
 mod into;
 mod kept;
 mod mask;
@@ -17,6 +18,7 @@ use rayon::prelude::*;
 use crate::device::{Gpu, GpuError};
 use crate::layout::QUAD;
 use buffers::{BODY_BYTES, Buffers, Groups, Header, PIXEL_BYTES, SOLID_BYTES, Sizes, record};
+pub use errors::Look;
 use into::Rows;
 use kept::Kept;
 pub use mask::DepthMask;
@@ -68,6 +70,7 @@ pub struct ImageBatch {
     meshes: Meshes,
     /// Number of meshes that the device has.
     meshes_sent: usize,
+    errors: errors::Errors,
 }
 
 /// Solids and bodies of some successive views.
@@ -89,6 +92,7 @@ impl ImageBatch {
             kept: Kept::default(),
             meshes: Meshes::default(),
             meshes_sent: 0,
+            errors: errors::Errors::default(),
         }
     }
 
@@ -99,7 +103,7 @@ impl ImageBatch {
 
     /// Memory on the device \[bytes\].
     pub fn bytes(&self) -> usize {
-        self.buffers.as_ref().map_or(0, |buffers| buffers.sizes.bytes())
+        self.buffers.as_ref().map_or(0, |buffers| buffers.sizes.bytes()) + self.errors.bytes()
     }
 
     /// Draws images with labels and instances, in the order of the views.
@@ -148,6 +152,7 @@ impl ImageBatch {
         for _ in 0..times {
             let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
             record(&mut encoder, pipelines, bound, self.groups);
+            self.errors.record_again(&mut encoder);
             self.gpu.queue.submit([encoder.finish()]);
         }
         self.gpu.wait()
@@ -184,12 +189,12 @@ impl ImageBatch {
         while done < views.len() {
             // An item has one solid but for hulls and uneven ground, which the limit checked below allows for.
             let bytes = |view: &View<'_>| {
-                let (width, height) = size_of_view(view);
+                let pixels = self.pixels_shown(view).max(pixels_of_view(view));
                 let solids = match view.subject {
                     Subject::Scene(scene) => scene.items.len(),
                     Subject::Kept { place, .. } => self.kept.solids(place),
                 };
-                (PIXEL_BYTES * width * height).max(SOLID_BYTES * solids)
+                (PIXEL_BYTES * pixels).max(SOLID_BYTES * solids)
             };
             let sums = views[done..].iter().scan(0, |sum, view| {
                 *sum += bytes(view);
@@ -226,8 +231,7 @@ impl ImageBatch {
         let mut headers = Vec::with_capacity(views.len());
         let counts = packed.iter().flat_map(|packed| &packed.counts);
         for (k, (view, (solids, bodies))) in views.iter().zip(counts).enumerate() {
-            let (width, height) = size_of_view(view);
-            let size = width * height;
+            let size = pixels_of_view(view);
             let (first, count) = match view.subject {
                 Subject::Scene(_) => (sizes.solids, *solids),
                 Subject::Kept { place, .. } => (kept.first(place), kept.solids(place)),
@@ -243,6 +247,11 @@ impl ImageBatch {
             sizes.bodies += bodies;
             sizes.pixels += if into.is_none() { size } else { 0 };
         }
+        // What is read may have more pixels than what is drawn.
+        let shown = views.iter().map(|view| self.pixels_shown(view));
+        let shown: usize = if into.is_none() { shown.sum() } else { 0 };
+        let places: Vec<u32> = headers.iter().map(|header| header.pixels).collect();
+        sizes.pixels = sizes.pixels.max(shown);
         self.check(views, sizes, most)?;
         let pipelines = self.gpu.image_pipelines();
         let fitting = self.buffers.take().filter(|buffers| buffers.sizes.hold(sizes));
@@ -275,7 +284,6 @@ impl ImageBatch {
         let most_solids = headers.iter().map(|header| header.count as usize).max().unwrap_or(0);
         let tiles = views.iter().map(|view| tiles(size_of_view(view))).max().unwrap_or(0);
         self.groups = Groups { views: views.len(), bound: most_solids.div_ceil(BOUND_THREADS), tiles };
-        let pixels = sizes.pixels;
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let bound = match into {
             Some(into) => buffers.bind(&self.gpu, pipelines, &into.array.buffer),
@@ -283,8 +291,9 @@ impl ImageBatch {
         };
         record(&mut encoder, pipelines, &bound, self.groups);
         self.bound = Some(bound);
-        let bytes = (PIXEL_BYTES * pixels) as u64;
-        encoder.copy_buffer_to_buffer(&buffers.depths, 0, &buffers.staging, 0, bytes);
+        let measured = self.errors.record(&self.gpu, &buffers.depths, &places, &mut encoder)?;
+        let bytes = (PIXEL_BYTES * shown) as u64;
+        encoder.copy_buffer_to_buffer(measured.unwrap_or(&buffers.depths), 0, &buffers.staging, 0, bytes);
         if wants_items {
             encoder.copy_buffer_to_buffer(&buffers.items, 0, &buffers.staging, bytes, bytes);
         }
@@ -303,7 +312,7 @@ impl ImageBatch {
         made: &mut Vec<T>,
     ) -> Result<(), GpuError> {
         let Some(buffers) = &self.buffers else { return Ok(()) };
-        let pixels: usize = views.iter().map(size_of_view).map(|(width, height)| width * height).sum();
+        let pixels: usize = views.iter().map(|view| self.pixels_shown(view)).sum();
         let kinds = if wants_items { 2 } else { 1 };
         let empty: &[u32] = &[];
         if pixels == 0 {
@@ -318,8 +327,8 @@ impl ImageBatch {
         let (depths, items) = mapped.split_at(PIXEL_BYTES * pixels);
         let (depths, items): (&[f32], &[u32]) = (bytemuck::cast_slice(depths), bytemuck::cast_slice(items));
         let firsts = views.iter().scan(0, |end, view| {
-            let (first, (width, height)) = (*end, size_of_view(view));
-            *end += width * height;
+            let first = *end;
+            *end += self.pixels_shown(view);
             Some(first..*end)
         });
         let ranges: Vec<_> = firsts.collect();
@@ -331,6 +340,11 @@ impl ImageBatch {
         drop(mapped);
         buffers.staging.unmap();
         Ok(())
+    }
+
+    /// Pixels of the image that a view becomes: a measured image may have others than the exact one.
+    fn pixels_shown(&self, view: &View<'_>) -> usize {
+        self.errors.pixels().unwrap_or_else(|| pixels_of_view(view))
     }
 
     /// Checks sizes against the limits of the adapter.
@@ -420,6 +434,11 @@ fn bodies_of<'a>(view: &View<'a>) -> &'a [Pose] {
 
 fn size_of_view(view: &View<'_>) -> (usize, usize) {
     (view.exposure.intrinsics.width, view.exposure.intrinsics.height)
+}
+
+fn pixels_of_view(view: &View<'_>) -> usize {
+    let (width, height) = size_of_view(view);
+    width * height
 }
 
 /// Tiles of an image.

@@ -29,7 +29,9 @@ use crate::rows::{Effort, Suite, run_suite};
                   env.gpu_depth_stays_N  the same, with observations that stay on the device\n  \
                   env.cpu_depth_N    the same on the processor alone\n\n\
                   Rows of images, each on the device alone (.device) and with sending and reading:\n  \
-                  images.depth_128 (.stays: sending alone, to images that stay there), images.labels_128, images.d435i_exact; images.d435i with the camera's noise\n\n\
+                  images.depth_128 (.stays: sending alone, to images that stay there), images.labels_128, images.d435i_exact;\n  \
+                  images.d435i with the camera's noise,\n  \
+                  images.d435i_processor with the noise added on the processor; images.CAMERA.device: other cameras\n\n\
                   A missed target gives exit code 1. Suites of other parts, for developers: cargo xtask perf.\n\n\
                   Example:\n  orchard perf env --json env.json"
 )]

@@ -6,7 +6,7 @@ use std::time::Instant;
 use orchard_camera::picture::look_at;
 use orchard_camera::{Exposure, ImageKey, Sensor};
 use orchard_geometry::{Intrinsics, Vec3};
-use orchard_gpu::{Choice, DeviceArray, Gpu, ImageBatch, Subject, View};
+use orchard_gpu::{Choice, DeviceArray, Gpu, ImageBatch, Look, Subject, View};
 use orchard_robot::RobotModel;
 use orchard_spec::{Preset, Spec};
 use orchard_world::{Sight, World};
@@ -25,14 +25,16 @@ const HEIGHT: f64 = 1.2;
 /// Targets on one card \[images/s\]: small images, and those of a stereo camera with its noise.
 const SMALL: f64 = 400_000.0;
 const STEREO: f64 = 15_000.0;
+/// Other cameras with noise.
+const OTHERS: [&str; 4] = ["d435i-aligned", "zed-mini", "azure-kinect-native", "azure-kinect"];
 /// Times that the device draws in a round without being read.
 const AGAIN: usize = 10;
 
 /// Measures images of distinct trees with leaves, fruit and a robot; each is seen from a place of its own.
 pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
-    let (trees, small, stereo, rounds) = match effort {
-        Effort::Full => (1024, 4096, 512, 5),
-        Effort::Quick => (2, 4, 2, 1),
+    let (trees, small, stereo, others, rounds) = match effort {
+        Effort::Full => (1024, 4096, 512, 64, 5),
+        Effort::Quick => (2, 4, 2, 1, 1),
     };
     let gpu = Gpu::open(Choice::Any)?;
     let (spec, robot) = (Arc::new(Spec::preset(Preset::Paper)), Arc::new(RobotModel::paper()));
@@ -77,24 +79,67 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
     let note =
         format!("{stereo} images of d435i, {} x {}", sensor.intrinsics().width, sensor.intrinsics().height);
     rows.extend(rows_of(keeping(&gpu, &sights), "images.d435i_exact", &views, rounds, &note, None, false)?);
-    let (mut batch, mut rates) = (keeping(&gpu, &sights), Vec::new());
+    let key = |k: usize| ImageKey { seed: SEED, world: 0, frame: k as u32 };
+    let look = |k: usize| Look { subject: subject(k), x_world_camera: place(k), key: key(k) };
+    let looks: Vec<Look<'_>> = (0..stereo).map(look).collect();
+    let mut batch = keeping(&gpu, &sights);
+    let (mut alone, mut whole, mut here) = (Vec::new(), Vec::new(), Vec::new());
+    let rate = |start: Instant, times: usize| (times * stereo) as f64 / start.elapsed().as_secs_f64();
+    // The first round warms up.
+    for round in 0..=rounds {
+        let start = Instant::now();
+        std::hint::black_box(batch.measured(&sensor, &looks)?.len());
+        let of_whole = rate(start, 1);
+        let start = Instant::now();
+        batch.draw_again(AGAIN)?;
+        if round > 0 {
+            alone.push(rate(start, AGAIN));
+            whole.push(of_whole);
+        }
+    }
     for round in 0..=rounds {
         let start = Instant::now();
         let seen = batch.depths(&views)?;
-        let noisy = seen.par_iter().enumerate().map(|(frame, seen)| {
-            let measured = sensor.measure(seen, ImageKey { seed: SEED, world: 0, frame: frame as u32 });
-            measured.pixels().iter().filter(|z| **z > 0.0).count()
-        });
+        let noisy = seen
+            .par_iter()
+            .enumerate()
+            .map(|(k, seen)| sensor.measure(seen, key(k)).pixels().iter().filter(|z| **z > 0.0).count());
         std::hint::black_box(noisy.sum::<usize>());
         if round > 0 {
-            rates.push(stereo as f64 / start.elapsed().as_secs_f64());
+            here.push(rate(start, 1));
         }
     }
-    let rates = Rounds::new(rates);
-    let row = Row::measured("images.d435i", rates.median(), "images/s").at_least(STEREO);
-    let note = format!("{note}: drawn on the device, noise on the processor, all included");
-    rows.push(Row { spread: Some(rates.spread()), note: Some(note), ..row });
+    let row = |name: &str, rates: Vec<f64>, what: &str| {
+        row_of(name, rates, &format!("{note}: drawn on the device, {what}"))
+    };
+    rows.extend([
+        row("images.d435i.device", alone, "noise by kernels; the device alone").at_least(STEREO),
+        row("images.d435i", whole, "noise by kernels; from poses in the processor's memory to images there"),
+        row("images.d435i_processor", here, "noise on the processor, all included"),
+    ]);
+    for camera in OTHERS {
+        let sensor = Sensor::new(&spec_of(camera)?);
+        let mut batch = keeping(&gpu, &sights);
+        batch.measured(&sensor, &(0..others).map(look).collect::<Vec<_>>())?;
+        let rates = (0..rounds).map(|_| {
+            let start = Instant::now();
+            batch.draw_again(AGAIN)?;
+            Ok((AGAIN * others) as f64 / start.elapsed().as_secs_f64())
+        });
+        let rates: anyhow::Result<Vec<f64>> = rates.collect();
+        let (width, height) = (sensor.intrinsics().width, sensor.intrinsics().height);
+        let note =
+            format!("{others} images of {camera}, {width} x {height}, noise by kernels; the device alone");
+        rows.push(row_of(&format!("images.{camera}.device"), rates?, &note));
+    }
     Ok(rows.into())
+}
+
+/// A row of some rounds.
+fn row_of(name: &str, rates: Vec<f64>, note: &str) -> Row {
+    let rates = Rounds::new(rates);
+    let row = Row::measured(name, rates.median(), "images/s");
+    Row { spread: Some(rates.spread()), note: Some(note.to_owned()), ..row }
 }
 
 fn spec_of(camera: &str) -> anyhow::Result<orchard_spec::camera::CameraSpec> {
@@ -157,11 +202,7 @@ fn rows_of(
             alone.push(drawn as f64 / took_alone);
         }
     }
-    let row = |name: &str, rates: Vec<f64>, what: &str| {
-        let rates = Rounds::new(rates);
-        let row = Row::measured(name, rates.median(), "images/s");
-        Row { spread: Some(rates.spread()), note: Some(format!("{note}; {what}")), ..row }
-    };
+    let row = |name: &str, rates: Vec<f64>, what: &str| row_of(name, rates, &format!("{note}; {what}"));
     let alone = row(&format!("{name}.device"), alone, "on the device alone");
     Ok([
         target.map_or(alone.clone(), |target| alone.at_least(target)),
