@@ -136,11 +136,6 @@ impl Sensor {
         }
     }
 
-    /// True if the camera has no errors: it measures the depths of [`Self::exposure`] as they are.
-    pub fn is_exact(&self) -> bool {
-        self.spec.native().is_none() && matches!(self.spec.measurement(), Measurement::Exact)
-    }
-
     /// Errors of a stereo camera, for kernels that add them elsewhere; `None` for cameras of other kinds.
     pub fn stereo(&self) -> Option<StereoErrors> {
         let imager = self.imager();

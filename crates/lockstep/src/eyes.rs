@@ -67,7 +67,7 @@ impl Eyes {
         Ok(())
     }
 
-    /// As [`Self::observe`], into rows of an array on the device, which has one for each place. The pixels of a camera without errors are drawn there, and here only if someone asks for them; the image of another camera is read back, and sent.
+    /// As [`Self::observe`], into rows of an array on the device, which has one for each place. The pixels are drawn and measured there ([`ImageBatch::can_measure`]), and here only if someone asks for them; the image of a camera for which there are no kernels is measured here, and sent.
     ///
     /// # Errors
     /// As [`Self::observe`].
@@ -120,21 +120,31 @@ impl Eyes {
         Ok(())
     }
 
-    /// Draws the exposures of sights into the rows of their places; returns false, and draws nothing, if cameras have errors.
+    /// Draws and measures sights into the rows of their places; returns false, and draws nothing, if they are of several cameras, or of one that the device cannot measure for.
     fn draw_into(
         &mut self,
         worlds: &[(usize, &mut World)],
         sights: &[Option<Sight>],
         array: &DeviceArray,
     ) -> Result<bool, GpuError> {
-        if !sights.iter().flatten().all(Sight::is_exact) {
+        let seen = there(worlds, sights);
+        let Some(&(_, first)) = seen.first() else { return Ok(true) };
+        if !(ImageBatch::can_measure(&first.sensor) && seen.iter().all(|(_, sight)| are_alike(sight, first)))
+        {
             return Ok(false);
         }
-        let seen = there(worlds, sights);
+        self.keep(&seen);
         let rows: Vec<usize> = seen.iter().map(|(place, _)| *place).collect();
-        let views = self.views(&seen);
-        self.images.depths_into(&views, array, &rows)?;
+        let looks: Vec<Look<'_>> = seen.iter().map(look).collect();
+        self.images.measured_into(&first.sensor, &looks, array, &rows)?;
         Ok(true)
+    }
+
+    /// Keeps the scenes of sights at their places on the device.
+    fn keep(&mut self, seen: &[(usize, &Sight)]) {
+        for (place, sight) in seen {
+            self.images.keep(*place, &sight.visible);
+        }
     }
 
     /// Draws the exposures of the sights that there are, and measures those of cameras that the device can measure for.
@@ -143,54 +153,47 @@ impl Eyes {
         worlds: &[(usize, &mut World)],
         sights: &[Option<Sight>],
     ) -> Result<Vec<Option<Made>>, GpuError> {
-        let there = worlds.iter().zip(sights).enumerate();
-        let there = there.filter_map(|(i, ((place, _), sight))| Some((i, *place, sight.as_ref()?)));
-        let mut left: Vec<(usize, usize, &Sight)> = there.collect();
-        for (_, place, sight) in &left {
-            self.images.keep(*place, &sight.visible);
-        }
+        let seen = there(worlds, sights);
+        self.keep(&seen);
+        let is_there = sights.iter().enumerate().filter(|(_, sight)| sight.is_some());
+        let mut left: Vec<(usize, (usize, &Sight))> = is_there.map(|(i, _)| i).zip(seen).collect();
         let mut made: Vec<Option<Made>> = sights.iter().map(|_| None).collect();
         // All worlds of an environment have one camera, as a rule.
-        while let Some((_, _, first)) = left.first() {
-            let sensor = first.sensor.clone();
-            let is_alike = |sight: &Sight| Arc::ptr_eq(&sight.sensor, &sensor) || sight.sensor == sensor;
-            let (now, later): (Vec<_>, Vec<_>) = left.into_iter().partition(|(_, _, sight)| is_alike(sight));
+        while let Some(&(_, (_, first))) = left.first() {
+            let (now, later): (Vec<_>, Vec<_>) =
+                left.into_iter().partition(|(_, (_, sight))| are_alike(sight, first));
             left = later;
-            fn subject(place: usize, sight: &Sight) -> Subject<'_> {
-                Subject::Kept { place, x_world_body: &sight.x_world_body }
-            }
-            let drawn: Vec<Made> = if ImageBatch::can_measure(&sensor) {
-                let looks = now.iter().map(|(_, place, sight)| Look {
-                    subject: subject(*place, sight),
-                    x_world_camera: sight.x_world_camera,
-                    key: sight.key,
-                });
-                let measured = self.images.measured(&sensor, &looks.collect::<Vec<_>>())?;
+            let looks = now.iter().map(|(_, seen)| look(seen));
+            let drawn: Vec<Made> = if ImageBatch::can_measure(&first.sensor) {
+                let measured = self.images.measured(&first.sensor, &looks.collect::<Vec<_>>())?;
                 measured.into_iter().map(Made::Measured).collect()
             } else {
-                let views = now.iter().map(|(_, place, sight)| View {
-                    subject: subject(*place, sight),
+                let views = now.iter().zip(looks);
+                let views = views.map(|((_, (_, sight)), Look { subject, .. })| View {
+                    subject,
                     exposure: sight.exposure(),
                 });
                 self.images.depths(&views.collect::<Vec<_>>())?.into_iter().map(Made::Exact).collect()
             };
-            for ((i, _, _), image) in now.into_iter().zip(drawn) {
+            for ((i, _), image) in now.into_iter().zip(drawn) {
                 made[i] = Some(image);
             }
         }
         Ok(made)
     }
+}
 
-    /// The views of sights, whose scenes the device keeps at their places.
-    fn views<'a>(&mut self, seen: &[(usize, &'a Sight)]) -> Vec<View<'a>> {
-        for (place, sight) in seen {
-            self.images.keep(*place, &sight.visible);
-        }
-        let view = |(place, sight): &(usize, &'a Sight)| View {
-            subject: Subject::Kept { place: *place, x_world_body: &sight.x_world_body },
-            exposure: sight.exposure(),
-        };
-        seen.iter().map(view).collect()
+/// True if sights are of one camera.
+fn are_alike(a: &Sight, b: &Sight) -> bool {
+    Arc::ptr_eq(&a.sensor, &b.sensor) || a.sensor == b.sensor
+}
+
+/// The look of a sight of which the scene is kept at a place.
+fn look<'a>((place, sight): &(usize, &'a Sight)) -> Look<'a> {
+    Look {
+        subject: Subject::Kept { place: *place, x_world_body: &sight.x_world_body },
+        x_world_camera: sight.x_world_camera,
+        key: sight.key,
     }
 }
 

@@ -38,11 +38,6 @@ impl Sight {
         self.sensor.exposure(&self.x_world_camera)
     }
 
-    /// True if the camera has no errors: the exact image is the one that it measures.
-    pub fn is_exact(&self) -> bool {
-        self.sensor.is_exact()
-    }
-
     /// Takes the image, drawn here.
     pub(crate) fn take(self) -> CameraTruth {
         let Capture { measured, truth } = self.sensor.capture(&self.scene(), &self.x_world_camera, self.key);

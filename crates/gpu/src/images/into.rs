@@ -1,6 +1,6 @@
 //! Images that stay on the device.
 
-use super::{ImageBatch, View, size_of_view};
+use super::{ImageBatch, View};
 use crate::arrays::DeviceArray;
 use crate::device::GpuError;
 
@@ -30,8 +30,7 @@ impl ImageBatch {
     ) -> Result<(), GpuError> {
         assert_eq!(views.len(), rows.len(), "rows of images");
         for (view, row) in views.iter().zip(rows) {
-            let (width, height) = size_of_view(view);
-            array.assert_row(*row, size_of::<f32>() * width * height);
+            array.assert_row(*row, size_of::<f32>() * self.pixels_shown(view));
         }
         self.in_parts(views, AT_ONCE, |batch, range, most| {
             let rows = Rows { array, rows: &rows[range.clone()] };

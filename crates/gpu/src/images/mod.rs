@@ -228,6 +228,8 @@ impl ImageBatch {
             corners: solids::CORNERS * meshes.len(),
             ..Sizes::default()
         };
+        // Images to be measured are drawn aside.
+        let drawn_into = into.filter(|_| self.errors.pixels().is_none());
         let mut headers = Vec::with_capacity(views.len());
         let counts = packed.iter().flat_map(|packed| &packed.counts);
         for (k, (view, (solids, bodies))) in views.iter().zip(counts).enumerate() {
@@ -239,13 +241,13 @@ impl ImageBatch {
             headers.push(Header {
                 first: first as u32,
                 count: count as u32,
-                pixels: into.map_or(sizes.pixels, |into| size * into.rows[k]) as u32,
+                pixels: drawn_into.map_or(sizes.pixels, |into| size * into.rows[k]) as u32,
                 ..header(view, wants_items, sizes)
             });
             sizes.solids += solids;
             sizes.posed += count;
             sizes.bodies += bodies;
-            sizes.pixels += if into.is_none() { size } else { 0 };
+            sizes.pixels += if drawn_into.is_none() { size } else { 0 };
         }
         // What is read may have more pixels than what is drawn.
         let shown = views.iter().map(|view| self.pixels_shown(view));
@@ -285,13 +287,13 @@ impl ImageBatch {
         let tiles = views.iter().map(|view| tiles(size_of_view(view))).max().unwrap_or(0);
         self.groups = Groups { views: views.len(), bound: most_solids.div_ceil(BOUND_THREADS), tiles };
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        let bound = match into {
+        let bound = match drawn_into {
             Some(into) => buffers.bind(&self.gpu, pipelines, &into.array.buffer),
             None => buffers.bindings.clone(),
         };
         record(&mut encoder, pipelines, &bound, self.groups);
         self.bound = Some(bound);
-        let measured = self.errors.record(&self.gpu, &buffers.depths, &places, &mut encoder)?;
+        let measured = self.errors.record(&self.gpu, &buffers.depths, &places, into, &mut encoder)?;
         let bytes = (PIXEL_BYTES * shown) as u64;
         encoder.copy_buffer_to_buffer(measured.unwrap_or(&buffers.depths), 0, &buffers.staging, 0, bytes);
         if wants_items {

@@ -10,7 +10,9 @@ use orchard_spec::camera::Measurement;
 use rayon::prelude::*;
 use wgpu::BufferUsages;
 
+use super::into::Rows;
 use super::{ImageBatch, Subject, View, image};
+use crate::arrays::DeviceArray;
 use crate::buffers::{allocated, create_buffer};
 use crate::device::{Gpu, GpuError};
 use kernels::ErrorKernels;
@@ -50,10 +52,7 @@ impl ImageBatch {
         if !Self::can_measure(sensor) {
             return Err(GpuError::NoKernels { camera: sensor.spec().name() });
         }
-        let views: Vec<View<'_>> = looks
-            .iter()
-            .map(|look| View { subject: look.subject, exposure: sensor.exposure(&look.x_world_camera) })
-            .collect();
+        let views = views_of(sensor, looks);
         if let Some(model) = Model::of(sensor) {
             self.errors.begin(&self.gpu, model, looks);
         }
@@ -62,6 +61,38 @@ impl ImageBatch {
         self.errors.end();
         drawn
     }
+
+    /// As [`Self::measured`], into rows of an array of as many pixels each; returns at once, as [`Self::depths_into`] does.
+    ///
+    /// # Errors
+    /// As [`Self::measured`].
+    ///
+    /// # Panics
+    /// As [`Self::depths_into`].
+    pub fn measured_into(
+        &mut self,
+        sensor: &Sensor,
+        looks: &[Look<'_>],
+        array: &DeviceArray,
+        rows: &[usize],
+    ) -> Result<(), GpuError> {
+        if !Self::can_measure(sensor) {
+            return Err(GpuError::NoKernels { camera: sensor.spec().name() });
+        }
+        if let Some(model) = Model::of(sensor) {
+            self.errors.begin(&self.gpu, model, looks);
+        }
+        let drawn = self.depths_into(&views_of(sensor, looks), array, rows);
+        self.errors.end();
+        drawn
+    }
+}
+
+/// The exact images of looks by a camera.
+fn views_of<'a>(sensor: &Sensor, looks: &[Look<'a>]) -> Vec<View<'a>> {
+    let view =
+        |look: &Look<'a>| View { subject: look.subject, exposure: sensor.exposure(&look.x_world_camera) };
+    looks.iter().map(view).collect()
 }
 
 /// A buffer with some bytes, which kernels read.
@@ -146,37 +177,39 @@ impl Errors {
         Some(width * height)
     }
 
-    /// Records the errors of the next images, whose exact depths begin at some places of a buffer, and returns the buffer of measured depths, image after image; `None` if no images
+    /// Records the errors of the next images, whose exact depths begin at some places of a buffer, and returns the buffer of measured depths, image after image, or in rows of an array if they are given; `None` if no images
     /// are being measured.
     ///
     /// # Errors
     /// An image is larger than the device allows; the device has no room.
-    pub fn record(
-        &mut self,
+    pub fn record<'a>(
+        &'a mut self,
         gpu: &Gpu,
         depths: &wgpu::Buffer,
         places: &[u32],
+        into: Option<Rows<'a>>,
         encoder: &mut wgpu::CommandEncoder,
-    ) -> Result<Option<&wgpu::Buffer>, GpuError> {
+    ) -> Result<Option<&'a wgpu::Buffer>, GpuError> {
         self.recorded = None;
         let (Some(active), Some(each)) = (self.active, self.pixels()) else { return Ok(None) };
         let camera = &mut self.cameras[active];
         let at_once = camera.reserve(gpu, places.len())?;
         let bytes = (size_of::<f32>() * each * places.len()) as u64;
-        if self.measured.as_ref().is_none_or(|measured| measured.size() < bytes) {
+        if into.is_none() && self.measured.as_ref().is_none_or(|measured| measured.size() < bytes) {
             self.measured = None;
             let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
             let make = |images| create_buffer(gpu, "measured", size_of::<f32>() * each * images, usage);
             self.measured = Some(allocated(gpu, places.len(), size_of::<f32>() * each, make)?);
         }
-        let Some(measured) = &self.measured else { return Ok(None) };
+        let into_array = into.map(|into| &into.array.buffer);
+        let Some(measured) = into_array.or(self.measured.as_ref()) else { return Ok(None) };
         let mut shots = Vec::with_capacity(places.len());
         let mut faults = Vec::new();
         for (k, ((shot, its), pixels)) in self.left.drain(..places.len()).zip(places).enumerate() {
             let (first, fault_count) = (faults.len() as u32, its.len() as u32);
             shots.push(Shot {
                 pixels: *pixels,
-                measured: (k * each) as u32,
+                measured: (into.map_or(k, |into| into.rows[k]) * each) as u32,
                 faults: first,
                 fault_count,
                 ..shot
@@ -196,7 +229,7 @@ impl Errors {
         });
         self.recorded = Some((active, parts.collect()));
         self.record_again(encoder);
-        Ok(self.measured.as_ref())
+        Ok(into_array.or(self.measured.as_ref()))
     }
 
     /// Records the errors of the images that were recorded last.
