@@ -3,17 +3,11 @@
 use orchard_camera::{CoveredPixels, ImageKey, StereoErrors, TimeOfFlightErrors};
 use orchard_spec::{Purpose, Stream};
 
-use super::model::{Kind, Model};
+use super::model::{Kind, Model, steps};
 use crate::layout::QUAD;
 
 /// Random words that a thread makes: a block of ChaCha.
 pub(super) const BLOCK_WORDS: usize = 16;
-/// Columns that an imager may have: a row lies in the memory of a workgroup.
-pub(super) const MOST_COLUMNS: usize = 1920;
-/// Largest radius of a matching window: sums down its columns have 16 bits.
-pub(super) const MOST_RADIUS: usize = 7;
-/// Numbers of steps of disparity that a table of registration may have, our own choice: some tens of megabytes.
-const MOST_STEPS: usize = 1 << 13;
 
 /// Figures of a camera.
 #[repr(C)]
@@ -89,16 +83,6 @@ impl Shot {
             key: std::array::from_fn(word),
         }
     }
-}
-
-/// Steps of disparity that a measured depth may have: the first, and their number; `None` if there are too many for a table.
-pub(super) fn steps(errors: &StereoErrors) -> Option<(usize, usize)> {
-    let (near, far) = errors.range;
-    let of =
-        |depth: f32| f64::from(errors.focal_baseline) / (f64::from(depth) * f64::from(errors.disparity_step));
-    // A step more on both sides, for roundings.
-    let (first, last) = ((of(far).floor() - 1.0).max(1.0), of(near).ceil() + 1.0);
-    (last - first < MOST_STEPS as f64).then(|| (first as usize, (last - first) as usize + 1))
 }
 
 impl Law {

@@ -2,7 +2,12 @@
 
 use orchard_camera::{CoveredPixels, ImageKey, Sensor, StereoErrors, TimeOfFlightErrors};
 
-use super::law::{self, MOST_COLUMNS, MOST_RADIUS};
+/// Columns that an imager may have: a row lies in the memory of a workgroup.
+const MOST_COLUMNS: usize = 1920;
+/// Largest radius of a matching window: sums down its columns have 16 bits.
+const MOST_RADIUS: usize = 7;
+/// Numbers of steps of disparity that a table of registration may have, our own choice: some tens of megabytes.
+const MOST_STEPS: usize = 1 << 13;
 
 /// Errors of a camera, and the view to which its images are registered.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,7 +31,7 @@ impl Model {
             (Some(errors), _) => {
                 // Rectangles come from a table by the steps of disparity; depths between pixels are no whole steps.
                 let registers =
-                    covered.is_none_or(|covered| covered.bridge == 0.0 && law::steps(&errors).is_some());
+                    covered.is_none_or(|covered| covered.bridge == 0.0 && steps(&errors).is_some());
                 let fits = errors.width <= MOST_COLUMNS && errors.window_radius <= MOST_RADIUS;
                 (registers && fits).then_some(Kind::Stereo(errors))?
             }
@@ -67,4 +72,14 @@ impl Model {
             Kind::TimeOfFlight(_) => Vec::new(),
         }
     }
+}
+
+/// Steps of disparity that a measured depth may have: the first, and their number; `None` if there are too many for a table.
+pub(super) fn steps(errors: &StereoErrors) -> Option<(usize, usize)> {
+    let (near, far) = errors.range;
+    let of =
+        |depth: f32| f64::from(errors.focal_baseline) / (f64::from(depth) * f64::from(errors.disparity_step));
+    // A step more on both sides, for roundings.
+    let (first, last) = ((of(far).floor() - 1.0).max(1.0), of(near).ceil() + 1.0);
+    (last - first < MOST_STEPS as f64).then(|| (first as usize, (last - first) as usize + 1))
 }
