@@ -34,7 +34,7 @@ pub struct Args {
 }
 
 /// The crates, lowest first. A crate may use only crates that stand before it.
-const LAYERS: [&str; 42] = [
+const LAYERS: [&str; 43] = [
     "quantity",
     "spec",
     "geometry",
@@ -47,6 +47,7 @@ const LAYERS: [&str; 42] = [
     "exchange",
     "fruit",
     "tensor",
+    "cuda",
     "batch",
     "robot",
     "gpu",

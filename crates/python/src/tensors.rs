@@ -10,9 +10,9 @@ mod card {
     use dlpark::ffi::{DLDevice, DLManagedTensor, DLManagedTensorVersioned};
     use dlpark::python::{DlpackExporter, ExportRequest, export_dlpack};
     use dlpark::{DlpackFlags, Managed};
+    use orchard_cuda::{Card, CudaArray, Number};
     use orchard_env::{EnvError, TaskEnv};
     use orchard_policy::Field;
-    use orchard_tensor::{Card, CudaArray, Number};
     use pyo3::exceptions::PyRuntimeError;
     use pyo3::prelude::*;
     use pyo3::types::PyDict;
@@ -61,7 +61,7 @@ mod card {
         }
     }
 
-    fn shaped(field: &Field, envs: usize, memory: orchard_tensor::CudaMemory) -> CudaArray {
+    fn shaped(field: &Field, envs: usize, memory: orchard_cuda::CudaMemory) -> CudaArray {
         let number = if field.dtype == "uint8" { Number::U8 } else { Number::F32 };
         CudaArray::new(memory, number, [&[envs], field.shape.as_slice()].concat())
     }

@@ -1,24 +1,14 @@
-//! Arrays in the memory of a graphics device that CUDA, and every library with DLPack, can see.
+//! Buffers of a graphics device whose memory other interfaces can open.
 //!
-//! An [`ExportedBuffer`] is a buffer of wgpu whose memory Vulkan exports. With the feature `cuda`, `Card::import` opens the memory in CUDA on the same card as a `CudaMemory`, which `CudaArray` describes to other libraries by DLPack.
-//! Nothing is copied, and nothing orders the work of the two sides: whoever writes waits for the device before others read, and waits for them before writing again.
-//!
-//! Memory lives as long as one of its owners: the buffer of wgpu, or the import of CUDA, which each array of DLPack shares.
-//!
-//! All of it works on Linux; elsewhere [`ExportedBuffer::new`] says that it does not.
+//! An [`ExportedBuffer`] is a buffer of wgpu whose memory Vulkan exports; the crate `orchard-cuda` opens it in CUDA. It works on Linux; elsewhere [`ExportedBuffer::new`] says that it does not.
 #![allow(
     unsafe_code,
-    reason = "memory of Vulkan, CUDA and DLPack is handled by raw handles: docs/decisions/0033-memory-shared-with-cuda.md"
+    reason = "memory of Vulkan is handled by raw handles: docs/decisions/0033-memory-shared-with-cuda.md"
 )]
 #![deny(clippy::undocumented_unsafe_blocks)]
 
-#[cfg(all(feature = "cuda", target_os = "linux"))]
-mod cuda;
 #[cfg(target_os = "linux")]
 mod vulkan;
-
-#[cfg(all(feature = "cuda", target_os = "linux"))]
-pub use cuda::{Card, CudaArray, CudaError, CudaMemory, Number};
 
 /// Identity of a card: the UUID by which Vulkan and CUDA both name it.
 pub type CardId = [u8; 16];

@@ -6,8 +6,7 @@ use cudarc::driver::{CudaContext, DevicePtr, DriverError, MappedBuffer, result, 
 use dlpark::ffi::{DLDataType, DLDevice};
 use dlpark::metadata::Dynamic;
 use dlpark::{Managed, ManagedTensorBase};
-
-use crate::{CardId, Handle};
+use orchard_tensor::{CardId, Handle};
 
 /// The reason why CUDA cannot open memory.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

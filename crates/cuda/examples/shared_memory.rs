@@ -1,12 +1,13 @@
 //! A buffer that Vulkan and CUDA see at once: the device writes through wgpu, and CUDA says where the memory is.
 //!
-//!     cargo run -p orchard-tensor --features cuda --example shared_memory
+//!     cargo run -p orchard-cuda --example shared_memory
 
 use std::error::Error;
 
 #[cfg(target_os = "linux")]
 fn main() -> Result<(), Box<dyn Error>> {
-    use orchard_tensor::{Card, CudaArray, ExportedBuffer, Number};
+    use orchard_cuda::{Card, CudaArray, Number};
+    use orchard_tensor::ExportedBuffer;
 
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
     let adapter = pollster::block_on(instance.request_adapter(&wgpu::RequestAdapterOptions {
