@@ -49,7 +49,7 @@ pub struct Handle {
 pub struct ExportedBuffer {
     /// The buffer, to be bound as storage and copied from and to.
     pub buffer: wgpu::Buffer,
-    /// Its memory.
+    /// Handle by which other interfaces open the buffer's memory.
     pub handle: Handle,
 }
 

@@ -56,7 +56,7 @@ impl Stay {
     }
 }
 
-/// How soon the robot may touch something but tree and fruit.
+/// Time until the robot may touch itself, the ground, posts or wires, in frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Nearness {
     /// In the next frame.
@@ -149,7 +149,7 @@ impl World {
         (parts.handle.cup.is_some() && is_open).then_some(Stay::Cup)
     }
 
-    /// How soon the robot may touch something but tree and fruit.
+    /// Finds when the robot may touch itself, the ground, posts or wires, from the speeds of its parts.
     fn nearness(&mut self) -> Nearness {
         let (spec, parts, state) = (&*self.spec, &*self.parts, &mut self.state);
         let State { data, vicinity, speeds, .. } = state;
@@ -256,3 +256,7 @@ impl World {
         self.state.servos.set_points()
     }
 }
+
+#[cfg(test)]
+#[path = "lent_tests.rs"]
+mod tests;

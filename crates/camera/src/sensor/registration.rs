@@ -89,7 +89,7 @@ fn first(at: f64, size: usize) -> u32 {
     (at.ceil().max(0.0) as usize).min(size) as u32
 }
 
-/// Where a camera `right` \[m\] of an imager sees a point of the imager's.
+/// Column and row at which a camera, `right` \[m\] of an imager, sees a point that the imager sees.
 fn seen_at(imager: &Intrinsics, camera: &Intrinsics, right: f64, (u, v, z): Point) -> Point {
     let p = imager.back_project(u, v, z) - Vec3::new(right, 0.0, 0.0);
     (camera.fx * p.x / z + camera.cx, camera.fy * p.y / z + camera.cy, z)

@@ -196,7 +196,7 @@ fields! {
     wish {
         /// Nothing is asked.
         NOTHING = 0,
-        /// What happened; the motion of its tree only if something did.
+        /// A few numbers are asked, and the motion of the tree only if something happened to it.
         NEWS = 1,
         /// All.
         WHOLE = 2,

@@ -51,7 +51,7 @@ pub struct Tenant<'a> {
     pub set_points: &'a SetPoints,
 }
 
-/// What is read from the device after every frame: of all robots, by section and lane, servos, then losses, of the joints, and the states; of the trees what is told.
+/// Numbers read from the device after every frame. Those of robots are in two sections, lane by lane: servos and then losses of the joints; states. Those of trees are in [`Told`].
 #[derive(Debug)]
 pub(super) struct Read {
     robots: Gathered,

@@ -1,4 +1,4 @@
-//! What the device tells of lanes after a frame: a few numbers of each, and the motion of those trees to which something happened, or of which it is wanted.
+//! News of lanes after a frame: the device sends a few numbers of each lane, and the motion of a tree only if something happened to it or the host wants it.
 
 use rayon::prelude::*;
 use wgpu::BufferUsages;
@@ -14,7 +14,7 @@ const QUAD_BYTES: usize = 4 * QUAD;
 /// Quads of a lane, and of a record of contacts.
 const OWN: usize = told::FIELDS / QUAD;
 const RECORD: usize = Meeting::NUMBERS / QUAD;
-/// Slots that are read at once before it is known how many were given: the wanted ones, so many times as many more as the last frame gave, and some. Our own choice; what is beyond is read afterwards.
+/// Slots are read before it is known how many were given: the wanted ones, `AS_MANY` times those that the last frame gave beyond them, and `SOME`. Both are our own choice; slots beyond are read afterwards.
 const AS_MANY: usize = 2;
 const SOME: usize = 16;
 

@@ -112,7 +112,7 @@ pub(super) struct Errors {
     left: Vec<(Shot, Vec<u32>)>,
     /// Measured depths of the latest call \[m\], image after image.
     measured: Option<wgpu::Buffer>,
-    /// What was recorded last: the camera, and the parts.
+    /// Camera and parts of the images recorded last, to record them again.
     recorded: Option<(usize, Vec<Part>)>,
 }
 
