@@ -93,7 +93,8 @@ fn a_pick_holds_its_fruit_on_the_device() {
             ("dropped", dropped),
         ] {
             let [a, b] = [&events, &of_device].map(|events| found(events, wanted));
-            let same = a.len() == b.len() && a.iter().zip(&b).all(|(a, b)| a.0 == b.0 && a.1.abs_diff(b.1) <= 2);
+            let same =
+                a.len() == b.len() && a.iter().zip(&b).all(|(a, b)| a.0 == b.0 && a.1.abs_diff(b.1) <= 2);
             assert!(same && !a.is_empty(), "seed {seed}, {name}: {a:?} in f64, {b:?} on the device");
         }
         assert!(in_hand > 60, "seed {seed}: held for {in_hand} frames");

@@ -206,7 +206,8 @@ fn a_world_leaves_the_device_with_a_fruit_and_comes_back() {
     let mut here = 0;
     for _ in 0..600 {
         step_all(&mut together, &mut worlds, command);
-        let last = std::mem::replace(&mut here, together.tally().frames.get("loose_fruit").copied().unwrap_or(0));
+        let last =
+            std::mem::replace(&mut here, together.tally().frames.get("loose_fruit").copied().unwrap_or(0));
         if here > 0 && here == last {
             break;
         }

@@ -249,7 +249,8 @@ impl Memory {
         let Place { tile: number, lane, rows, fruit_rows, .. } = &self.places[index];
         let links = rows.iter().map(|&row| self.motion_quad(*number, row, *lane));
         let of_fruit = |row: usize| {
-            [fruit::P, fruit::V, fruit::ARM].map(|field| (self.fruit_at(*number, row, field, *lane) / QUAD) as u32)
+            [fruit::P, fruit::V, fruit::ARM]
+                .map(|field| (self.fruit_at(*number, row, field, *lane) / QUAD) as u32)
         };
         [links.collect(), fruit_rows.iter().flat_map(|&row| of_fruit(row)).collect()]
     }

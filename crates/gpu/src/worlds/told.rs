@@ -139,7 +139,9 @@ impl Told {
         let of_fruit = first + self.lanes * self.links;
         links.resize(self.links, NOWHERE);
         fruit.resize(MOTION * self.fruit, NOWHERE);
-        for (at, places) in [(first + lane * self.links, links), (of_fruit + lane * MOTION * self.fruit, fruit)] {
+        for (at, places) in
+            [(first + lane * self.links, links), (of_fruit + lane * MOTION * self.fruit, fruit)]
+        {
             gpu.queue.write_buffer(&self.asked, 4 * at as u64, bytemuck::cast_slice(&places));
         }
     }
