@@ -1,5 +1,7 @@
 //! Whole worlds on the device at hand, against the f64 worlds.
 
+mod in_hand;
+
 use std::sync::Arc;
 
 use orchard_batch::{Fault, Quarantine, Status, TreeEvent, TreeWorld};
@@ -96,8 +98,8 @@ fn contacts_of(world: &World) -> Vec<((usize, usize), ContactReport)> {
         let wood = world.tree().colliders.iter().position(|&own| own == id);
         wood.or_else(|| {
             let fruit = world.fruit().colliders.iter().position(|&own| own == id)?;
-            let hangs = world.data().tethered[world.fruit().points[fruit].index()];
-            hangs.then_some(world.tree().len() + fruit)
+            let is_carried = world.data().point_carried[world.fruit().points[fruit].index()];
+            (!is_carried).then_some(world.tree().len() + fruit)
         })
     };
     let colliders = world.model().colliders();

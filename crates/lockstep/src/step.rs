@@ -111,7 +111,7 @@ impl Lockstep {
             .collect();
         self.tally.count(starts.iter().map(|start| start.place));
         for (turn, end) in turns.iter().zip(ends) {
-            if let (Some(End { impulse, faults, is_calm }), Some(occupant)) =
+            if let (Some(End { impulse, faults, is_calm, is_off_stem }), Some(occupant)) =
                 (end, &mut self.lanes[turn.lane])
             {
                 self.tally.calm += u64::from(is_calm);
@@ -119,6 +119,11 @@ impl Lockstep {
                 self.tally.contacts_lost += lost;
                 self.tally.contacts_unsolved += unsolved;
                 (occupant.impulse, occupant.faults) = (impulse, faults);
+                if is_off_stem {
+                    // The device takes it anew.
+                    occupant.is_on_device = false;
+                    self.batch.retire(turn.lane);
+                }
             }
         }
         Ok(())
@@ -218,6 +223,8 @@ struct End {
     impulse: f64,
     faults: [u32; 2],
     is_calm: bool,
+    /// True if a fruit came off or into the hand.
+    is_off_stem: bool,
 }
 
 fn occupant(lanes: &[Option<Occupant>], lane: usize) -> &Occupant {
@@ -246,7 +253,7 @@ fn take_back(batch: &WorldBatch, occupant: &Occupant, turn: &mut Turn<'_>, lent:
     let lane = turn.lane;
     let news @ News { lost, unsolved, .. } = batch.news(lane);
     let impulse = f64::from(news.contact_impulse);
-    let end = End { impulse, faults: [lost, unsolved], is_calm: !news.is_whole };
+    let mut end = End { impulse, faults: [lost, unsolved], is_calm: !news.is_whole, is_off_stem: false };
     let (impulse, peak_force) = (impulse - occupant.impulse, f64::from(news.peak_contact_force));
     if end.is_calm {
         turn.world.take_back_calm(|model, handle, data| Calm {
@@ -258,7 +265,7 @@ fn take_back(batch: &WorldBatch, occupant: &Occupant, turn: &mut Turn<'_>, lent:
         });
         return end;
     }
-    turn.world.take_back(lent, |model, handle, data| {
+    end.is_off_stem = turn.world.take_back(lent, |model, handle, data| {
         let set_points = batch.store_driven(lane, model, handle, data);
         let meeting = batch.store_whole(lane, model, data).unwrap_or_default();
         let contacts = meeting.contacts.iter().map(|contact| ContactReport {

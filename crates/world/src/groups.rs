@@ -45,6 +45,12 @@ pub const BASE_GROUPS: Groups = Groups { member: ROBOT, filter: WOOD | HANGING |
 /// Posts and wires.
 pub const SCENERY_GROUPS: Groups = Groups { member: SCENERY, filter: DEBRIS | LOOSE | ROBOT };
 
+/// Groups of a fruit without the robot and, on its stem, without other such fruit: what a fruit in the hand may meet besides.
+pub fn beside_robot(groups: Groups) -> Groups {
+    let filter = if groups.member & HANGING != 0 { groups.filter & LOOSE } else { groups.filter & !ROBOT };
+    Groups { filter, ..groups }
+}
+
 /// Groups of fruit, with or without clusters.
 pub fn fruit(in_clusters: bool) -> FruitGroups {
     let (hanging, loose) =

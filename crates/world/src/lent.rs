@@ -6,6 +6,7 @@
 
 use crate::World;
 use crate::event::Status;
+use crate::groups;
 use crate::state::State;
 use orchard_fruit::Phase;
 use orchard_geometry::{Vec3, transform};
@@ -28,11 +29,11 @@ pub enum Stay {
     Stopped,
     /// Wood has broken.
     Broken,
-    /// A fruit off its stem moves, or may be moved.
+    /// A fruit off its stem moves, or may be moved, and is not in the hand.
     Loose,
     /// The valve of the suction cup is open, or its vacuum is not gone.
     Cup,
-    /// The robot may touch the ground, posts or wires, or itself.
+    /// The robot may touch the ground, posts or wires, or itself; or a fruit in its hand may touch one of the former, or other fruit.
     Near,
     /// A weight hangs on the arm.
     Weight,
@@ -56,7 +57,7 @@ impl Stay {
     }
 }
 
-/// Time until the robot may touch itself, the ground, posts or wires, in frames.
+/// Time until the robot may touch itself, the ground, posts or wires, or a fruit in its hand all but the robot, in frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Nearness {
     /// In the next frame.
@@ -139,8 +140,7 @@ impl World {
         }
         if state.fruit.any_off_stem() {
             state.wake(spec, parts, spec.sim.frame());
-            let is_awake = |i| matches!(state.fruit.phase(i), Phase::InHand | Phase::Free);
-            if (0..parts.fruit.len()).any(is_awake) {
+            if (0..parts.fruit.len()).any(|i| state.fruit.phase(i) == Phase::Free) {
                 return Some(Stay::Loose);
             }
         }
@@ -149,10 +149,10 @@ impl World {
         (parts.handle.cup.is_some() && is_open).then_some(Stay::Cup)
     }
 
-    /// Finds when the robot may touch itself, the ground, posts or wires, from the speeds of its parts.
+    /// Finds when the robot may touch itself, the ground, posts or wires, and a fruit in its hand these or other fruit, from the speeds of robot and fruit.
     fn nearness(&mut self) -> Nearness {
         let (spec, parts, state) = (&*self.spec, &*self.parts, &mut self.state);
-        let State { data, vicinity, speeds, .. } = state;
+        let State { data, vicinity, speeds, groups_beside, fruit, .. } = state;
         let (data, base) = (&*data, parts.handle.base);
         let is_alone = parts.struts.is_empty();
         speeds.clear();
@@ -170,12 +170,21 @@ impl World {
             }
             speeds[c] = v_world.norm() + w_world.norm() * radius;
         }
+        let mut groups = &parts.groups_alone;
+        if fruit.any_off_stem() {
+            groups_beside.clone_from(groups);
+            for (point, id) in parts.fruit.points.iter().zip(&parts.fruit.colliders) {
+                groups_beside[id.index()] = groups::beside_robot(data.groups[id.index()]);
+                speeds[id.index()] = data.point_v_world[point.index()].norm();
+            }
+            groups = groups_beside;
+        }
         // Two links may approach each other, and there is no force at a distance. What the robot gains in speed grows with the square of the time.
         let mut is_near = |frames: f64| {
             let way = |id: ColliderId| {
                 FASTER * speeds[id.index()] * spec.sim.frame() * frames + SLACK * frames * frames
             };
-            vicinity.any(&parts.model, data, &parts.groups_alone, way)
+            vicinity.any(&parts.model, data, groups, way)
         };
         if !is_near(2.0) {
             Nearness::Far
@@ -194,9 +203,19 @@ impl World {
         Lent { command }
     }
 
-    /// Ends a frame that was lent. `write` writes coordinates, velocities, the motion of hanging fruit, and the servos' inputs of the last substep into the state.
-    pub fn take_back(&mut self, lent: &Lent, write: impl FnOnce(&Model, &RobotHandle, &mut Data) -> Moved) {
+    /// Ends a frame that was lent. `write` writes coordinates, velocities, the motion of fruit that hang or are in the hand, and the servos' inputs of the last substep into the state. Returns true if a fruit came off or came
+    /// into the hand at its end: then it moves in another way from now on.
+    pub fn take_back(
+        &mut self,
+        lent: &Lent,
+        write: impl FnOnce(&Model, &RobotHandle, &mut Data) -> Moved,
+    ) -> bool {
         let (spec, parts, state) = (&*self.spec, &*self.parts, &mut self.state);
+        let off_stem = |data: &Data| {
+            let count = |flags: &[bool]| flags.iter().filter(|flag| **flag).count();
+            [count(&data.tethered), count(&data.point_carried)]
+        };
+        let before = off_stem(&state.data);
         let Moved { set_points, contacts, impulse, peak_force, v_fruit_before } =
             write(&parts.model, &parts.handle, &mut state.data);
         if std::mem::take(&mut state.is_behind) {
@@ -211,6 +230,7 @@ impl World {
         }
         state.finish(spec, parts, &self.start, lent.command.vacuum);
         self.end_of_frame();
+        off_stem(&self.state.data) != before
     }
 
     /// Ends a frame that was lent and was calm: nothing broke or came off, no contact bore load at its end, no joint bore more than before. Wood and fruit stay behind ([`Self::is_behind`]). `write` writes coordinates and velocities of the robot

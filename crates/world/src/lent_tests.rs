@@ -1,10 +1,12 @@
 use std::sync::Arc;
 
+use orchard_fruit::Phase;
+use orchard_geometry::Vec3;
 use orchard_multibody::Owner;
 use orchard_robot::RobotModel;
 use orchard_spec::{Purpose, Spec, Stream};
 
-use crate::World;
+use crate::{Stay, World};
 
 /// In a frame that may be lent the robot presses on nothing but tree and fruit, although set points jump at random and the arm is at its limits.
 #[test]
@@ -41,4 +43,45 @@ fn a_robot_that_may_touch_itself_or_the_ground_stays_here() {
         }
     }
     assert!(pressed > 10 && stayed < 1150, "{pressed} {stayed}");
+}
+
+/// Takes the first fruit off their stems, all in one frame, and puts them somewhere at rest.
+fn put(world: &mut World, places: &[Vec3]) {
+    let command = world.robot().start_command();
+    let points: Vec<usize> = world.fruit().points[..places.len()].iter().map(|p| p.index()).collect();
+    while points.iter().any(|&point| world.data().tethered[point]) {
+        for &point in &points {
+            world.data_mut().point_force_world[point] = Vec3::new(0.0, 0.0, 60.0);
+        }
+        world.step(&command);
+    }
+    for (&point, p_world) in points.iter().zip(places) {
+        let data = world.data_mut();
+        data.point_force_world[point] = Vec3::zeros();
+        data.point_p_world[point] = *p_world;
+        data.point_v_world[point] = Vec3::zeros();
+    }
+}
+
+/// A frame with a fruit in the hand may be lent, but not beside the ground or another fruit off its stem; one with a fruit out of the hand may not.
+#[test]
+fn a_fruit_in_the_hand_is_lent_where_it_meets_the_robot_alone() {
+    let (spec, robot) = (Arc::new(Spec::paper()), Arc::new(RobotModel::paper()));
+    let command = robot.start_command();
+    let world = World::new(spec, robot, 3, 0).unwrap();
+    let stays = |places: &[Vec3], frames: u32| {
+        let mut world = world.clone();
+        put(&mut world, places);
+        (0..frames).for_each(|_| world.step(&command));
+        let phases: Vec<Phase> = (0..places.len()).map(|i| world.fruit_lives().phase(i)).collect();
+        (phases, world.outlook(&command).stays)
+    };
+    let aloft = Vec3::new(-2.0, 2.0, 1.5);
+    let [radius, other] = [0, 1].map(|i| world.fruit().fruit[i].radius);
+    assert_eq!(stays(&[aloft], 0), (vec![Phase::InHand], None));
+    let low = Vec3::new(aloft.x, aloft.y, radius + 1e-3);
+    assert_eq!(stays(&[low], 0), (vec![Phase::InHand], Some(Stay::Near)));
+    let beside = aloft + Vec3::x() * (radius + other + 1e-3);
+    assert_eq!(stays(&[aloft, beside], 0), (vec![Phase::InHand; 2], Some(Stay::Near)));
+    assert_eq!(stays(&[aloft], 5), (vec![Phase::Free], Some(Stay::Loose)));
 }

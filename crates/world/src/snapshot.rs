@@ -109,6 +109,7 @@ impl World {
             under: _,
             vicinity: _,
             speeds: _,
+            groups_beside: _,
             is_behind,
         } = &self.state;
         assert!(!is_behind, "wood and fruit are behind the robot");

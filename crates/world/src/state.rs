@@ -13,7 +13,7 @@ use loose::Loose;
 use orchard_fruit::{FruitLives, RestRule, Touch, is_gripped};
 use orchard_geometry::{Pose, Vec3};
 use orchard_multibody::contact::Vicinity;
-use orchard_multibody::{Data, Model, Motion, StepReport, step};
+use orchard_multibody::{Data, Groups, Model, Motion, StepReport, step};
 use orchard_robot::{Command, RobotHandle, RobotModel, Servos};
 use orchard_spec::Spec;
 use orchard_treephys::Rupture;
@@ -61,6 +61,8 @@ pub(crate) struct State {
     pub vicinity: Vicinity,
     /// Speed of each collider, 0 but of the robot's [m/s]; scratch of the same.
     pub speeds: Vec<f64>,
+    /// Groups of each collider without the contacts of robot and tree; scratch of the same.
+    pub groups_beside: Vec<Groups>,
     /// True while wood and fruit are those of an earlier frame than the robot ([`World::is_behind`](crate::World::is_behind)).
     pub is_behind: bool,
 }
@@ -100,6 +102,7 @@ impl State {
             commands,
             vicinity: Vicinity::default(),
             speeds: Vec::new(),
+            groups_beside: Vec::new(),
             is_behind: false,
         }
     }

@@ -64,9 +64,9 @@ fn tell(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) th
     let most_links = asked[ASKED_LINKS];
     let most_fruit = asked[ASKED_FRUIT];
     let link_places = ASKED_FIELDS + lanes + lane * most_links;
-    let fruit_places = ASKED_FIELDS + lanes * (1u + most_links) + lane * 2u * most_fruit;
+    let fruit_places = ASKED_FIELDS + lanes * (1u + most_links) + lane * 3u * most_fruit;
     let before = TOLD_FIELDS / QUAD * lanes + lane * most_fruit;
-    let each = most_links + 3u * most_fruit + RECORD_QUADS;
+    let each = most_links + 4u * most_fruit + RECORD_QUADS;
     let own = TOLD_FIELDS / QUAD * lanes + most_fruit * lanes + slot * each;
     if slot != NOWHERE {
         for (var k = thread; k < most_links; k += THREADS) {
@@ -75,14 +75,14 @@ fn tell(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) th
                 told[own + k] = links[place];
             }
         }
-        for (var k = thread; k < 2u * most_fruit; k += THREADS) {
+        for (var k = thread; k < 3u * most_fruit; k += THREADS) {
             let place = asked[fruit_places + k];
             if place != NOWHERE {
                 told[own + most_links + k] = fruits[place];
             }
         }
         for (var k = thread; k < RECORD_QUADS; k += THREADS) {
-            told[own + most_links + 2u * most_fruit + k] = meetings[record + k];
+            told[own + most_links + 3u * most_fruit + k] = meetings[record + k];
         }
     }
     // The velocities of this frame are those of a frame ago in the next one.
@@ -90,7 +90,7 @@ fn tell(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) th
         if slot != NOWHERE {
             told[own + each - most_fruit + k] = told[before + k];
         }
-        let place = asked[fruit_places + 2u * k + 1u];
+        let place = asked[fruit_places + 3u * k + 1u];
         if place != NOWHERE {
             told[before + k] = fruits[place];
         }

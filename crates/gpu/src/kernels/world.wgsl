@@ -7,6 +7,8 @@
 @group(0) @binding(7) var<storage, read_write> fruits: array<vec4f>;
 @group(0) @binding(8) var<storage, read_write> worlds: array<f32>;
 
+// Rotational inertia of a ball by mass and square of the radius.
+const BALL: f32 = 0.4;
 // The segment above the root.
 const NO_PARENT: u32 = 0xffffu;
 
@@ -90,6 +92,22 @@ fn fruit_at(row: u32, field: u32) -> u32 {
 
 fn fruit(row: u32, field: u32) -> vec4f {
     return fruits[fruit_at(row, field)];
+}
+
+// True if a fruit that the robot meets is off its stem: a ball in the hand, which spins.
+fn is_off_stem(row: u32) -> bool {
+    return fruit(row, FRUIT_STIFFNESS).x == 0.0;
+}
+
+// 1 over the rotational inertia of a ball, 2/5 m r^2.
+fn inverse_spin_inertia(row: u32) -> f32 {
+    let ball = fruit(row, FRUIT_MASS);
+    return 1.0 / (BALL * ball.x * ball.y * ball.y);
+}
+
+// Factor by which a ball loses its spin in a substep.
+fn spin_divisor() -> f32 {
+    return 1.0 + robot.h * rules.spin_loss;
 }
 
 fn world_at(field: u32) -> u32 {

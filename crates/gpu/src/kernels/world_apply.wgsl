@@ -110,19 +110,24 @@ fn add_to_joint(contact: u32, step: u32) {
 }
 
 // Adds the impulses on a fruit. Its stem pulls it after its anchor's motion; where the anchor does not feel the fruit, only after the motion that the anchor has
-// without contacts.
+// without contacts. One in the hand is turned as well; the way out takes the loss of spin off what is added here, too.
 fn add_to_fruit(own: u32) {
     let collider = place.segments + own;
     let word = row_word(collider);
     let row = word & 0xffffu;
     var sum = vec3f(0.0);
+    var turn = vec3f(0.0);
+    let p = fruit(row, FRUIT_P);
     for (var contact = 0u; contact < contacts; contact++) {
         if contact_pair[contact] / COLLIDER_MOST == collider {
-            sum += frame_of(contact) * impulses[contact];
+            let one = frame_of(contact) * impulses[contact];
+            sum += one;
+            turn += cross(contact_p[contact] - p.xyz, one);
         }
     }
-    let is_capped = fruit(row, FRUIT_REACTION).w == 0.0 && bitcast<u32>(fruit(row, FRUIT_P).w) == 0u;
-    if is_capped {
+    if is_off_stem(row) {
+        fruits[fruit_at(row, FRUIT_ARM)] += vec4f(turn * (inverse_spin_inertia(row) * spin_divisor()), 0.0);
+    } else if fruit(row, FRUIT_REACTION).w == 0.0 && bitcast<u32>(p.w) == 0u {
         sum -= stem_mass(row) * anchor_change(row, word >> 16u);
     }
     if any(sum != vec3f(0.0)) {

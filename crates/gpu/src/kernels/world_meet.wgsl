@@ -1,4 +1,4 @@
-// Contacts of a world's robot with wood and hanging fruit in a substep, after both have set up their systems and before they move. A workgroup is a world.
+// Contacts of a world's robot with wood, hanging fruit and fruit in its hand in a substep, after both have set up their systems and before they move. A workgroup is a world.
 // The law and its solution are those of `orchard_multibody::contact`.
 
 // A collider of the robot, placed in the world.
@@ -164,8 +164,7 @@ fn round_of(collider: u32) -> Round {
         return Round(start.xyz, axis.xyz * axis.w, start.w);
     }
     let p = fruit(row, FRUIT_P);
-    let hangs = bitcast<u32>(p.w) == 0u && fruit(row, FRUIT_STIFFNESS).x > 0.0;
-    return Round(p.xyz, vec3f(0.0), select(-1.0, fruit(row, FRUIT_MASS).y, hangs));
+    return Round(p.xyz, vec3f(0.0), select(-1.0, fruit(row, FRUIT_MASS).y, bitcast<u32>(p.w) == 0u));
 }
 
 // Finds the pairs whose surfaces may be nearer than the margin, in the order of their colliders; returns their number, for all of which there may be no room.

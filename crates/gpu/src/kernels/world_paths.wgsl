@@ -91,13 +91,13 @@ struct Walk {
     torques: mat3x3f,
     forces: mat3x3f,
     segment: u32,
-    // Change of the velocity of a fruit whose anchor does not move.
+    // Change of the velocity of a fruit whose anchor does not move, or of a ball's surface with its spin.
     change: vec3f,
-    // True if the anchor does not feel the fruit more than it does already (`dynamics.md`, Reaction cap).
+    // True if no anchor feels the fruit, or not more than it does already (`dynamics.md`, Reaction cap).
     is_capped: bool,
 }
 
-// The impulses on a segment of the tree, or what the stem of a fruit passes on to its segment.
+// The impulses on a segment of the tree, or what the stem of a fruit passes on to its segment; nothing of a fruit in the hand.
 fn start_of(collider: u32, p: vec3f, directions: mat3x3f) -> Walk {
     let word = row_word(collider);
     if collider < place.segments {
@@ -106,8 +106,13 @@ fn start_of(collider: u32, p: vec3f, directions: mat3x3f) -> Walk {
     }
     let row = word & 0xffffu;
     let inverse_mass = fruit(row, FRUIT_V).w;
-    let forces = directions * (stem_mass(row) * inverse_mass);
     let change = fruit(row, FRUIT_IMPULSE).xyz * inverse_mass;
+    if is_off_stem(row) {
+        let none = mat3x3f(vec3f(0.0), vec3f(0.0), vec3f(0.0));
+        let spin = fruit(row, FRUIT_ARM).xyz / spin_divisor();
+        return Walk(none, none, NO_PARENT, change + cross(spin, p - fruit(row, FRUIT_P).xyz), true);
+    }
+    let forces = directions * (stem_mass(row) * inverse_mass);
     let is_capped = fruit(row, FRUIT_REACTION).w == 0.0;
     return Walk(crossed(fruit(row, FRUIT_ARM).xyz, forces), forces, word >> 16u, change, is_capped);
 }
@@ -279,14 +284,21 @@ fn of_robot(own: vec2u) -> mat3x3f {
     return sum;
 }
 
-// Of contacts with one fruit.
+// Of contacts with one fruit: of its velocity, and of the spin of one in the hand.
 fn of_fruit(own: vec2u) -> mat3x3f {
     let collider = contact_pair[own.x] / COLLIDER_MOST;
     if collider < place.segments || collider != contact_pair[own.y] / COLLIDER_MOST {
         return mat3x3f(vec3f(0.0), vec3f(0.0), vec3f(0.0));
     }
-    let inverse_mass = fruit(row_word(collider) & 0xffffu, FRUIT_V).w;
-    return transpose(frame_of(own.x)) * frame_of(own.y) * inverse_mass;
+    let row = row_word(collider) & 0xffffu;
+    let moved = transpose(frame_of(own.x)) * frame_of(own.y) * fruit(row, FRUIT_V).w;
+    if !is_off_stem(row) {
+        return moved;
+    }
+    let centre = fruit(row, FRUIT_P).xyz;
+    let one = crossed(contact_p[own.x] - centre, frame_of(own.x));
+    let other = crossed(contact_p[own.y] - centre, frame_of(own.y));
+    return moved + transpose(one) * other * inverse_spin_inertia(row);
 }
 
 // Of the joints that both contacts move: from the root on, up to the first that is another.

@@ -125,7 +125,7 @@ fields! {
         FRAMES_OVER = 15,
         /// Position [m] (3).
         P = 16,
-        /// Frame in which it came off, as bits; 0 while it hangs.
+        /// Frame in which it came off, as bits; 0 while it hangs, and for one that came off before the world came here. In worlds with a robot: 0 for one that the robot meets, on its stem or in the hand.
         CAME_OFF = 19,
         /// Velocity [m/s] (3).
         V = 20,

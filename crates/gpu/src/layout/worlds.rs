@@ -182,7 +182,7 @@ fields! {
         /// Number of fields.
         FIELDS = 12,
     }
-    /// Head of the table of what is asked of lanes. For each lane a [`wish`] follows, then for each lane the quads of the angles and rates of its links, then those of place and velocity of its fruit, two by two.
+    /// Head of the table of what is asked of lanes. For each lane a [`wish`] follows, then for each lane the quads of the angles and rates of its links, then those of place, velocity and spin of its fruit, three by three.
     asked {
         /// Number of lanes.
         LANES = 0,

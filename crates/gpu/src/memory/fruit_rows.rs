@@ -13,6 +13,9 @@ use crate::schedule::MOST_FRUIT_ROWS;
 /// Mass in a row without fruit, which keeps its inverse finite [kg].
 const PADDING_MASS: f32 = 1.0;
 
+/// Frame in which a fruit counts as come off that is moved by others, as [`Data::point_carried`] tells: the robot does not meet it here.
+const CARRIED: u32 = 1;
+
 /// First row of each link's fruit in a tile, in the order of a schedule's visits, and the number of rows. In worlds of one topology, fruit on the same link have the same rows, though
 /// some worlds lack some fruit. `None` if the rows are not shared, since there are several topologies or too many rows.
 pub(super) fn shared_rows(members: &[Member<'_>]) -> Option<(Vec<usize>, usize)> {
@@ -70,6 +73,9 @@ pub(super) fn numbers(plant: &Plant, data: &Data, i: usize) -> Vec<(usize, f64)>
     let hangs = data.tethered[at];
     if !hangs {
         numbers.extend((0..3).map(|k| (fruit::ARM + k, data.point_w_world[at][k])));
+    }
+    if data.point_carried[at] {
+        numbers.push((fruit::CAME_OFF, f64::from(f32::from_bits(CARRIED))));
     }
     let Some(tether) = &point.tether else { return numbers };
     if let Some(motion) = StemMotion::of(plant, data, i) {

@@ -244,12 +244,13 @@ impl Memory {
         (self.link_at(number, row, link::Q, lane) / QUAD) as u32
     }
 
-    /// Quads of the angles and rates of a world's links, and of place and velocity of its fruit, two by two.
+    /// Quads of the angles and rates of a world's links, and of place, velocity and spin of its fruit, three by three.
     pub fn motion_quads(&self, index: usize) -> [Vec<u32>; 2] {
         let Place { tile: number, lane, rows, fruit_rows, .. } = &self.places[index];
         let links = rows.iter().map(|&row| self.motion_quad(*number, row, *lane));
         let of_fruit = |row: usize| {
-            [fruit::P, fruit::V].map(|field| (self.fruit_at(*number, row, field, *lane) / QUAD) as u32)
+            [fruit::P, fruit::V, fruit::ARM]
+                .map(|field| (self.fruit_at(*number, row, field, *lane) / QUAD) as u32)
         };
         [links.collect(), fruit_rows.iter().flat_map(|&row| of_fruit(row)).collect()]
     }

@@ -9,7 +9,7 @@ use orchard_robot::{RobotHandle, RobotModel, SetPoints};
 
 use super::meeting::Meeting;
 use super::quads::{Gathered, scatter};
-use super::told::{News, Told, Wish};
+use super::told::{MOTION, News, Told, Wish};
 use super::{WorldBatch, check};
 use crate::BatchError;
 use crate::device::{Gpu, GpuError};
@@ -224,7 +224,7 @@ impl WorldBatch {
         self.robots.set_points(lane, handle)
     }
 
-    /// Writes the motion of a lane's tree that [`Self::fetch`] read, of the wood and of the fruit that hang in `data`, into the state of its model. Returns its contacts, with counts and loads since the world came; `None` if the motion was not read.
+    /// Writes the motion of a lane's tree that [`Self::fetch`] read, of the wood and of the fruit that hang in `data` or are in the hand, into the state of its model. Returns its contacts, with counts and loads since the world came; `None` if the motion was not read.
     pub fn store_whole(&self, lane: usize, model: &Model, data: &mut Data) -> Option<Meeting> {
         let whole = self.read.as_ref()?.trees.whole(lane)?;
         let plant = &self.trees.plants[lane];
@@ -236,11 +236,14 @@ impl WorldBatch {
             }
         }
         let vector = |quad: &[f32; QUAD]| Vec3::from_fn(|k, _| f64::from(quad[k]));
-        for (id, motion) in plant.fruit.points.iter().zip(whole.fruit.chunks_exact(2)) {
+        for (id, motion) in plant.fruit.points.iter().zip(whole.fruit.chunks_exact(MOTION)) {
             let at = id.index();
-            if data.tethered[at] {
+            if !data.point_carried[at] {
                 data.point_p_world[at] = vector(&motion[0]);
                 data.point_v_world[at] = vector(&motion[1]);
+                if !data.tethered[at] {
+                    data.point_w_world[at] = vector(&motion[2]);
+                }
             }
         }
         Some(Meeting::of(whole.record.as_flattened(), self.trees.memory.rules.h))

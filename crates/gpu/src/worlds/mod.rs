@@ -34,10 +34,10 @@ pub use told::{News, Wish};
 /// Largest tilt of an odom frame: its z axis is as near to the vertical as rounding allows.
 const UPRIGHT: f64 = 1e-9;
 
-/// Worlds on level ground, each with a tree and a robot of one kind, which advance together on a graphics device. The robot touches live wood and hanging fruit by the law of
+/// Worlds on level ground, each with a tree and a robot of one kind, which advance together on a graphics device. The robot touches live wood, hanging fruit and fruit that came in its hand by the law of
 /// `orchard_multibody::contact`; wood that it pushes breaks. Their state stays there; only what is asked for is read.
 ///
-/// Trees hang their fruit on tethers, in still air (preset `paper`). The robot touches nothing else: neither fruit off their stems nor broken limbs, the ground or itself. The result of a world does not
+/// Trees hang their fruit on tethers, in still air (preset `paper`). The robot touches nothing else: neither fruit that come off here or lie elsewhere nor broken limbs, the ground or itself. The result of a world does not
 /// depend on the other worlds or on their number.
 #[derive(Debug)]
 pub struct WorldBatch {

@@ -14,6 +14,8 @@ const QUAD_BYTES: usize = 4 * QUAD;
 /// Quads of a lane, and of a record of contacts.
 const OWN: usize = told::FIELDS / QUAD;
 const RECORD: usize = Meeting::NUMBERS / QUAD;
+/// Quads of the motion of a fruit.
+pub(super) const MOTION: usize = 3;
 /// Slots are read before it is known how many were given: the wanted ones, `AS_MANY` times those that the last frame gave beyond them, and `SOME`. Both are our own choice; slots beyond are read afterwards.
 const AS_MANY: usize = 2;
 const SOME: usize = 16;
@@ -82,11 +84,11 @@ impl Told {
         [links, fruit]: [usize; 2],
         of: [&wgpu::Buffer; 5],
     ) -> Result<Self, GpuError> {
-        let each = links + 3 * fruit + RECORD;
+        let each = links + (1 + MOTION) * fruit + RECORD;
         let quads = lanes * (OWN + fruit + each);
         check_limits(gpu, lanes, QUAD_BYTES * quads, lanes)?;
         let storage = BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
-        let places = lanes * (links + 2 * fruit);
+        let places = lanes * (links + MOTION * fruit);
         let asked = create_buffer(gpu, "asked", 4 * (asked::FIELDS + lanes + places), storage);
         let told = create_buffer(gpu, "told", QUAD_BYTES * quads, storage);
         let given = create_buffer(gpu, "given", 4, storage);
@@ -128,16 +130,18 @@ impl Told {
 
     /// Quads of a slot.
     fn each(&self) -> usize {
-        self.links + 3 * self.fruit + RECORD
+        self.links + (1 + MOTION) * self.fruit + RECORD
     }
 
-    /// Sets the quads of the links and of the fruit of a lane, two by two.
+    /// Sets the quads of the links and of the fruit of a lane, three by three.
     pub fn set_places(&self, gpu: &Gpu, lane: usize, [mut links, mut fruit]: [Vec<u32>; 2]) {
         let first = asked::FIELDS + self.lanes;
         let of_fruit = first + self.lanes * self.links;
         links.resize(self.links, NOWHERE);
-        fruit.resize(2 * self.fruit, NOWHERE);
-        for (at, places) in [(first + lane * self.links, links), (of_fruit + lane * 2 * self.fruit, fruit)] {
+        fruit.resize(MOTION * self.fruit, NOWHERE);
+        for (at, places) in
+            [(first + lane * self.links, links), (of_fruit + lane * MOTION * self.fruit, fruit)]
+        {
             gpu.queue.write_buffer(&self.asked, 4 * at as u64, bytemuck::cast_slice(&places));
         }
     }
@@ -261,7 +265,7 @@ impl Told {
         let each = self.each();
         let quads = self.slots.get(self.slot(lane)? * each..)?.get(..each)?;
         let (links, rest) = quads.split_at(self.links);
-        let (fruit, rest) = rest.split_at(2 * self.fruit);
+        let (fruit, rest) = rest.split_at(MOTION * self.fruit);
         let (record, before) = rest.split_at(RECORD);
         Some(Whole { links, fruit, record, before })
     }
@@ -272,7 +276,7 @@ impl Told {
 pub(super) struct Whole<'a> {
     /// Angles and rates of each link.
     pub links: &'a [[f32; QUAD]],
-    /// Place and velocity of each fruit.
+    /// Place, velocity, and spin or stem's arm of each fruit.
     pub fruit: &'a [[f32; QUAD]],
     /// Beginning of the record of contacts.
     pub record: &'a [[f32; QUAD]],
