@@ -358,4 +358,5 @@ fn a_lost_device_is_an_error() {
     assert_eq!(data.q, worlds[0].data().q);
     let e = batch.statistics().unwrap_err().to_string();
     assert!(e.starts_with("the graphics device was lost"), "{e}");
+    assert!(gpu.is_lost());
 }

@@ -247,6 +247,11 @@ impl Gpu {
         &self.info
     }
 
+    /// True if the device stopped working, as far as is known.
+    pub fn is_lost(&self) -> bool {
+        self.check().is_err()
+    }
+
     /// Waits until all submitted work is done.
     ///
     /// # Errors
