@@ -3,8 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use orchard_bench::store::write_bytes;
+use orchard_digitised::mtg;
 use orchard_program::{Failure, Verdict};
-use orchard_web::{Ask, PolicyFiles, Tab, grow};
+use orchard_spec::Spec;
+use orchard_web::{Ask, Files, PolicyFiles, Tab, grow};
 use serde::{Deserialize, Serialize};
 
 use crate::{browser, python, web, workspace};
@@ -14,7 +16,7 @@ use crate::{browser, python, web, workspace};
 #[derive(clap::Args)]
 #[command(
     after_help = "A digest covers the depth image that the controller saw, its command, and the state of the world; so do those of a short episode of a policy. On the\n\
-                  page: it draws, steps, pulls a branch by mouse and by touch, shows the wrist camera, is driven by keys, touch and a made-up gamepad, opens a policy,\n\
+                  page: it draws, steps, pulls a branch by mouse and by touch, shows the wrist camera, is driven by keys, touch and a made-up gamepad, opens a policy and digitised trees,\n\
                   grows another tree, and says what is wrong with a bad link, bad files, and a browser that lacks WebGL2 or WebAssembly; nothing is wider than the\n\
                   window, every control has a label, the console is empty. Screenshots are written to target/web/*.png.\n\n\
                   Needs Rust's target wasm32-unknown-unknown, Chromium (Debian: chromium), python3 with venv, and the network on the first run: the driver\n\
@@ -28,6 +30,9 @@ pub struct Args {
 
 /// The policy whose frames are compared, in the folder of policies, and their number: it has looked three times by then.
 const POLICY: (&str, u32) = ("harvest-clone", 180);
+
+/// Seed of the digitised trees that the page opens.
+const TREE_SEED: u64 = 7;
 
 /// Folder of the script, of the page and of the screenshots.
 const SUITE: &str = "web";
@@ -45,6 +50,7 @@ struct Episode {
     /// Length of the episode \[s\].
     seconds: f64,
     policy: PolicyEpisode,
+    trees: [PathBuf; 2],
 }
 
 /// A short episode of a policy that both sides run.
@@ -95,11 +101,12 @@ fn check(seconds: f64) -> Result<Verdict, Failure> {
     let folder = python::folder(SUITE);
     let weight = web::build(&folder.join("page"))?;
     let ask = Ask::default();
-    let tab = grow(&ask, None).map_err(|e| Failure::Failed(e.to_string()))?;
+    let tab = grow(&ask, &Files::default()).map_err(|e| Failure::Failed(e.to_string()))?;
     let frames = (seconds * tab.told().told.frame_rate).round() as u32;
     let (policy, policy_tab) = of_policy()?;
     let policy_frames = policy.frames;
-    let episode = Episode { ask, frames, seconds, policy };
+    let trees = trees(&folder)?;
+    let episode = Episode { ask, frames, seconds, policy, trees };
     let (asked, found) = (folder.join("episode.json"), folder.join("found.json"));
     let text = serde_json::to_vec(&episode).map_err(|e| Failure::Failed(e.to_string()))?;
     write_bytes(&asked, &text).map_err(|e| Failure::Failed(e.to_string()))?;
@@ -132,8 +139,25 @@ fn of_policy() -> Result<(PolicyEpisode, Tab), Failure> {
         spec: std::fs::read_to_string(&spec).map_err(|e| failed(&spec, e))?,
     };
     let ask = Ask { driver: format!("onnx:{name}"), ..Ask::default() };
-    let tab = grow(&ask, Some(&files)).map_err(|e| Failure::Failed(e.to_string()))?;
+    let files = Files { policy: Some(files), ..Files::default() };
+    let tab = grow(&ask, &files).map_err(|e| Failure::Failed(e.to_string()))?;
     Ok((PolicyEpisode { ask, frames, name, network, spec }, tab))
+}
+
+/// Writes the files of two digitised trees: one in JSON, and one as an MTG file that does not state its units.
+fn trees(folder: &Path) -> Result<[PathBuf; 2], Failure> {
+    let grown = orchard_treegen::grow(&Spec::paper(), TREE_SEED, 0);
+    let grown = grown.map_err(|e| Failure::Failed(e.to_string()))?;
+    let bare: String = mtg::write(&grown)
+        .lines()
+        .filter(|line| !line.starts_with('#'))
+        .map(|line| format!("{line}\n"))
+        .collect();
+    let files = [("tree.json", orchard_digitised::json::write(&grown)), ("tree.mtg", bare)];
+    for (name, text) in &files {
+        write_bytes(&folder.join(name), text.as_bytes()).map_err(|e| Failure::Failed(e.to_string()))?;
+    }
+    Ok(files.map(|(name, _)| folder.join(name)))
 }
 
 /// Digest of every frame on this processor, hexadecimal.

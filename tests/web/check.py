@@ -295,7 +295,52 @@ def policies(visit, policy):
     visit.demand(page.is_hidden("#problem"), f"says {page.inner_text('#problem')}")
 
 
-def wide(browser, site, errors, folder, policy):
+def trees(visit, good, touch):
+    """Opens digitised trees by the file chooser; bad ones get a sentence, and the tree before stays."""
+    page = visit.page
+    click = page.tap if touch else page.click
+
+    def says(sentence):
+        visit.wait(f"() => document.getElementById('problem').textContent.includes({json.dumps(sentence)})")
+        looks(visit)
+
+    def grown(name):
+        visit.wait(f"() => (new URLSearchParams(location.search).get('tree_file') ?? '') === '{name}' && document.getElementById('waiting').hidden")
+        visit.demand(page.is_hidden("#problem"), f"says {page.inner_text('#problem')}")
+
+    skeleton, mtg = good
+    page.set_input_files("#tree-file", skeleton)
+    grown("tree.json")
+    visit.demand(page.inner_text("#tree-told") == "tree.json is open.", f"tells {page.inner_text('#tree-told')}")
+    visit.demand(page.input_value("#source") == "tree.json" and page.is_disabled("#tree-unit"), "the tree is not chosen")
+    start = visit.figure("time")
+    visit.wait(f"() => Number(document.getElementById('time').textContent) !== {start}")
+    page.evaluate(DROP, {"bad.json": '{ "format": "orchard-skeleton", "schema_version": 9 }'})
+    says("Tree bad.json: schema_version is 9; this version reads 1. The tree before stays")
+    page.evaluate(DROP, {"bad.mtg": "an apple"})
+    says("Tree bad.mtg: ")
+    page.set_input_files("#tree-file", {"name": "tree.ply", "mimeType": "text/plain", "buffer": b"ply"})
+    says("“tree.ply” is no tree: open a skeleton, FILE.json, or an MTG file, FILE.mtg.")
+    page.set_input_files("#tree-file", mtg)
+    grown("tree.mtg")
+    visit.wait("() => document.getElementById('tree-told').textContent.includes('The file states no unit: metres are taken')")
+    looks(visit)
+    page.fill("#tree-unit", "furlong")
+    click("#grow")
+    says("Tree tree.mtg: the unit")
+    page.fill("#tree-unit", "m")
+    click("#grow")
+    visit.wait("() => location.search.includes('tree_unit=m') && document.getElementById('waiting').hidden")
+    page.evaluate("() => scrollTo(0, 0)")
+    shot = page.screenshot()
+    page.select_option("#source", "")
+    click("#grow")
+    grown("")
+    visit.demand(page.inner_text("#tree-told") == "", "the file of a tree that was grown is told")
+    return shot
+
+
+def wide(browser, site, errors, folder, policy, files):
     visit = Visit(browser, site, SIZES["wide"], errors, "1280 px")
     first = visit.open()
     page = visit.page
@@ -330,6 +375,9 @@ def wide(browser, site, errors, folder, policy):
     visit.wait("() => location.search.includes('seed=20250705') && document.getElementById('waiting').hidden")
     visit.demand(page.is_hidden("#problem"), f"says {page.inner_text('#problem')}")
     policies(visit, policy)
+    page.select_option("#driver", "expert")
+    (folder / "wide-tree.png").write_bytes(trees(visit, files, False))
+    page.select_option("#driver", f"onnx:{policy['name']}")
     # It was made for another robot.
     page.select_option("#robot", "rail-xarm6-suction")
     page.select_option("#camera", "d435i")
@@ -344,7 +392,7 @@ def wide(browser, site, errors, folder, policy):
     return first
 
 
-def narrow(browser, site, errors, folder):
+def narrow(browser, site, errors, folder, files):
     visit = Visit(browser, site, SIZES["narrow"], errors, "390 px", touch=True)
     visit.open("?preset=tall-spindle&seed=7&tree=2&foliage=0.3&driver=nobody&speed=2")
     page = visit.page
@@ -355,6 +403,7 @@ def narrow(browser, site, errors, folder):
     page.screenshot(path=folder / "narrow.png")
     page.screenshot(path=folder / "narrow-whole.png", full_page=True)
     (folder / "narrow-pull.png").write_bytes(pull(visit, True))
+    (folder / "narrow-tree.png").write_bytes(trees(visit, files, True))
     page.tap("#take")
     page.wait_for_selector("body.driving")
     page.evaluate("() => scrollTo(0, 0)")
@@ -382,6 +431,8 @@ def faults(browser, site, errors, folder, page):
         "?robot=mule": "No robot 'mule'; the robots are: ridgeback-fr3",
         "?camera=box": "No camera 'box'; the cameras are:",
         "?overlays=smell&driver=nobody": "Overlay `smell` is unknown; the overlays are: leaves",
+        "?tree_file=mine.mtg": "Tree mine.mtg: its file is not here: open mine.mtg",
+        "?tree_unit=mm": "Tree_unit is of a tree from a file",
         "?driver=onnx:mine.onnx": "its two files are not here: open mine.onnx",
     }
     for search, sentences in cases.items():
@@ -425,8 +476,8 @@ def main():
         asked = json.loads(Path(asked).read_text())
         digests, policy_digests, seconds, said = episode(browser, site, asked)
         errors += [f"the worker wrote to the console: {line}" for line in said]
-        first = wide(browser, site, errors, folder, asked["policy"])
-        narrow(browser, site, errors, folder)
+        first = wide(browser, site, errors, folder, asked["policy"], asked["trees"])
+        narrow(browser, site, errors, folder, asked["trees"])
         faults(browser, site, errors, folder, page)
         browser.close()
     Path(found).write_text(json.dumps({"digests": digests, "policy_digests": policy_digests, "seconds": seconds, "first_picture": first}))
