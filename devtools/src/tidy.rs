@@ -34,7 +34,7 @@ pub struct Args {
 }
 
 /// The crates, lowest first. A crate may use only crates that stand before it.
-const LAYERS: [&str; 44] = [
+const LAYERS: [&str; 45] = [
     "quantity",
     "spec",
     "geometry",
@@ -71,6 +71,7 @@ const LAYERS: [&str; 44] = [
     "recording",
     "report",
     "web",
+    "web-batch",
     "view",
     "program",
     "orchardbench",
