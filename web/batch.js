@@ -101,9 +101,9 @@ async function build(packed) {
   return { ...packed, rules, buffers, pipelines, group, state, frame: 0 };
 }
 
-// Steps some frames and takes the state that they leave; returns the time that it took [s].
+// Steps some frames of the batch and takes the state that they leave; returns the time that it took [s], or null if another batch has come.
 async function advance(frames) {
-  const start = performance.now(), { state } = batch;
+  const start = performance.now(), own = batch, { state } = batch;
   for (let slot = 0; slot < frames; slot += 1) {
     call("rules", batch.frame + slot + 1);
     device.queue.writeBuffer(batch.rules, slot * STRIDE, output());
@@ -121,6 +121,7 @@ async function advance(frames) {
   device.queue.submit([encoder.finish()]);
   for (const { number, bytes, copy } of state) {
     await copy.mapAsync(GPUMapMode.READ);
+    if (batch !== own) return null;
     give(new Uint8Array(copy.getMappedRange(), 0, bytes));
     copy.unmap();
     call("take", number);
@@ -201,14 +202,15 @@ async function grow() {
     try {
       if (running) {
         const seconds = await advance(FRAMES);
-        if (turn !== turns || !batch) return;
+        if (seconds === null) return;
         const now = worlds * FRAMES * batch.substeps / seconds;
         rate = rate === null ? now : 0.8 * rate + 0.2 * now;
         tell(worlds, rate);
         draw(worlds);
       }
     } catch (error) {
-      return stop(error);
+      if (turn === turns) stop(error);
+      return;
     }
     await new Promise(resolve => (document.hidden || !running ? setTimeout(resolve, 100) : requestAnimationFrame(resolve)));
   }

@@ -23,6 +23,8 @@ from playwright.sync_api import sync_playwright
 SIZES = {"wide": (1280, 800), "narrow": (390, 844)}
 # Graphics in software: the same on machines with and without a device.
 GRAPHICS = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+# WebGPU, in software as well.
+WEBGPU = ["--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader", "--enable-features=Vulkan"]
 # Times that are waited for [ms]; far beyond what a slow machine needs.
 PATIENCE = 180_000
 
@@ -419,6 +421,52 @@ def narrow(browser, site, errors, folder, files):
     visit.context.close()
 
 
+def batches(playwright, chromium, site, errors, folder, asked):
+    """The page of many trees at both sizes; returns joint angles of some trees, and how fast the page steps them. Without WebGPU it says so."""
+    browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox", *WEBGPU])
+    visit = Visit(browser, site, SIZES["wide"], errors, "many trees")
+    visit.page.goto(site + "batch.html?wait=")
+    looks(visit)
+    angles = visit.page.evaluate("asked => window.anglesAfter(asked)", asked)
+    visit.context.close()
+    rate = 0
+    for name, touch in [("wide", False), ("narrow", True)]:
+        visit = Visit(browser, site, SIZES[name], errors, f"many trees, {name}", touch=touch)
+        page = visit.page
+        page.goto(site + "batch.html" + ("?wait=" if touch else ""))
+        if touch:
+            page.select_option("#worlds", "8")
+            page.tap("#grow")
+        page.wait_for_selector("body[data-pictured]", state="attached")
+        visit.wait("() => Number(document.body.dataset.pictured) >= 30")
+        visit.demand("substeps of a tree per second" in page.inner_text("#told"), f"tells {page.inner_text('#told')}")
+        visit.demand(page.is_hidden("#problem"), f"says {page.inner_text('#problem')}")
+        looks(visit)
+        page.screenshot(path=folder / f"{name}-batch.png", full_page=True)
+        if not touch:
+            rate = float(page.get_attribute("body", "data-rate"))
+            page.click("#run")
+            visit.demand(page.inner_text("#run") == "Run", "Pause does not pause")
+            page.fill("#seed", "12x")
+            page.click("#grow")
+            visit.wait("() => document.getElementById('problem').textContent.includes('seed “12x” is no whole number')")
+        visit.context.close()
+    lacks = {
+        "Object.defineProperty(Navigator.prototype, 'gpu', { get: () => undefined });": "this browser has no WebGPU. Use one that has it",
+        "GPU.prototype.requestAdapter = async () => null;": "WebGPU is here, but finds no graphics device",
+    }
+    for without, sentence in lacks.items():
+        visit = Visit(browser, site, SIZES["narrow"], errors, "without WebGPU")
+        visit.page.add_init_script(without)
+        visit.page.goto(site + "batch.html")
+        visit.page.wait_for_selector("#problem:not([hidden])")
+        visit.demand(sentence in visit.page.inner_text("#problem"), f"says {visit.page.inner_text('#problem')}")
+        looks(visit)
+        visit.context.close()
+    browser.close()
+    return angles, rate
+
+
 def faults(browser, site, errors, folder, page):
     """Bad links, and browsers that lack something: each gets a sentence."""
     cases = {
@@ -480,7 +528,8 @@ def main():
         narrow(browser, site, errors, folder, asked["trees"])
         faults(browser, site, errors, folder, page)
         browser.close()
-    Path(found).write_text(json.dumps({"digests": digests, "policy_digests": policy_digests, "seconds": seconds, "first_picture": first}))
+        angles, rate = batches(playwright, chromium, site, errors, folder, asked["batch"])
+    Path(found).write_text(json.dumps({"digests": digests, "policy_digests": policy_digests, "angles": angles, "batch_rate": rate, "seconds": seconds, "first_picture": first}))
     for error in errors:
         print(error, file=sys.stderr)
     sys.exit(1 if errors else 0)
