@@ -17,7 +17,7 @@ use crate::driver::Driver;
 use crate::parts::{AskError, Parts, shown};
 use crate::policy::{self, POLICY, PolicyFiles};
 use crate::tab::{OVERLAYS, Tab};
-use crate::tree::{self, TreeBytes};
+use crate::tree::{self, Named, TreeBytes};
 
 /// The foliage dial in a world's config.
 const FOLIAGE: &str = "foliage.density";
@@ -159,7 +159,9 @@ pub struct Files {
 pub fn grow(ask: &Ask, files: &Files) -> Result<Tab, AskError> {
     let (seed, parts) = (ask.seed()?, ask.parts()?);
     let kind = ask.kind(&parts, files.policy.as_ref())?;
-    let tree = tree::read(ask, files.tree.as_ref())?;
+    let named =
+        Named { file: ask.tree_file.as_ref(), unit: ask.tree_unit.as_ref(), plant: ask.tree_plant.as_ref() };
+    let tree = tree::read(&named, files.tree.as_ref())?;
     let (spec, own) = (parts.spec, parts.robot.clone());
     let world = match &tree {
         None => World::new(spec, own, seed, ask.tree),

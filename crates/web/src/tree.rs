@@ -2,7 +2,6 @@
 
 use orchard_digitised::TreeFile;
 
-use crate::ask::Ask;
 use crate::parts::{AskError, shown};
 
 /// The file of a digitised tree, as it was opened.
@@ -14,13 +13,20 @@ pub struct TreeBytes {
     pub bytes: Vec<u8>,
 }
 
-/// Reads the tree that the options name; `None` if they name none and the tree is grown.
+/// Options of a tree from a file: its name, and units and plant of an MTG file.
+pub(crate) struct Named<'a> {
+    pub file: Option<&'a String>,
+    pub unit: Option<&'a String>,
+    pub plant: Option<&'a String>,
+}
+
+/// Reads the tree that options name; `None` if they name none and the tree is grown.
 ///
 /// # Errors
 /// The file of another name or none, one that is too large, or one that holds no valid tree.
-pub(crate) fn read(ask: &Ask, given: Option<&TreeBytes>) -> Result<Option<TreeFile>, AskError> {
-    let Some(name) = &ask.tree_file else {
-        let extra = [("tree_unit", &ask.tree_unit), ("tree_plant", &ask.tree_plant)];
+pub(crate) fn read(named: &Named<'_>, given: Option<&TreeBytes>) -> Result<Option<TreeFile>, AskError> {
+    let Some(name) = named.file else {
+        let extra = [("tree_unit", named.unit), ("tree_plant", named.plant)];
         return match extra.into_iter().find(|(_, value)| value.is_some()) {
             Some((field, _)) => {
                 Err(AskError(format!("{field} is of a tree from a file, and no file is named")))
@@ -38,6 +44,6 @@ pub(crate) fn read(ask: &Ask, given: Option<&TreeBytes>) -> Result<Option<TreeFi
             orchard_input::TREE
         )));
     }
-    let (unit, plant) = (ask.tree_unit.clone(), ask.tree_plant.clone());
+    let (unit, plant) = (named.unit.cloned(), named.plant.cloned());
     TreeFile::of_bytes(name, given.bytes.clone(), unit, plant).map(Some).map_err(refuse)
 }
