@@ -1,10 +1,23 @@
 //! Task environments whose worlds move on a graphics device.
 
+use std::sync::Once;
+
 use orchard_env::{Backend, Env, EnvError, Settings, Task, TaskEnv};
 use orchard_policy::{Spaces, Values};
 use orchard_scenario::Scenario;
 
 use crate::steppers::testing::device;
+
+/// True if there is a device. From the first call on an environment keeps it open, so that all tests share its kernels.
+#[track_caller]
+fn has_device() -> bool {
+    static OPEN: Once = Once::new();
+    let is_there = device().is_some();
+    if is_there {
+        OPEN.call_once(|| std::mem::forget(env(Task::Reach, Backend::Gpu, 1)));
+    }
+    is_there
+}
 
 const SEED: u64 = 20_250_704;
 
@@ -43,7 +56,7 @@ fn apart(a: &[Values], b: &[Values]) -> f32 {
 /// Every task gives what it gives on the CPU, but for rounding, while the robot touches nothing; a reset of one environment, which gets another tree, leaves the others as they are.
 #[test]
 fn observations_and_rewards_are_those_of_the_cpu() {
-    if device().is_none() {
+    if !has_device() {
         return;
     }
     for task in Task::ALL {
@@ -85,7 +98,7 @@ fn observations_and_rewards_are_those_of_the_cpu() {
 /// The device draws the images: those of the first worlds, of later steps, and after a reset show what the processor's show, but for pixels at silhouettes.
 #[test]
 fn images_are_those_of_the_cpu() {
-    if device().is_none() {
+    if !has_device() {
         return;
     }
     let (mut here, mut there) = (seeing(Backend::Cpu, 2), seeing(Backend::Gpu, 2));
@@ -117,7 +130,7 @@ fn images_are_those_of_the_cpu() {
 /// added here.
 #[test]
 fn observations_that_stay_on_the_device_have_the_same_bits() {
-    if device().is_none() {
+    if !has_device() {
         return;
     }
     for camera in [&[][..], &[("camera", "d435i")]] {
@@ -188,7 +201,7 @@ fn observations_of_the_processor_are_not_on_a_device() {
 /// The device adds the errors of a stereo camera, too: with the same random numbers, so that only pixels at silhouettes differ.
 #[test]
 fn images_of_a_stereo_camera_are_those_of_the_cpu() {
-    if device().is_none() {
+    if !has_device() {
         return;
     }
     let scenario = Scenario::of(&[("camera", "d435i")]).unwrap();
@@ -211,7 +224,7 @@ fn images_of_a_stereo_camera_are_those_of_the_cpu() {
 
 #[test]
 fn an_environment_goes_on_with_the_same_bits_from_a_saved_state() {
-    if device().is_none() {
+    if !has_device() {
         return;
     }
     let mut first = seeing(Backend::Gpu, 2);
@@ -233,7 +246,7 @@ fn an_environment_goes_on_with_the_same_bits_from_a_saved_state() {
 
 #[test]
 fn worlds_that_a_device_cannot_step_are_refused() {
-    if device().is_none() {
+    if !has_device() {
         return;
     }
     let stems = Scenario::of(&[("preset", "calibrated")]).unwrap();

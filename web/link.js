@@ -1,6 +1,6 @@
 // The options of a page as parts of its address, so that a link shows the same world.
 
-const PARTS = ["preset", "seed", "tree", "foliage", "robot", "camera", "driver", "speed", "overlays"];
+const PARTS = ["preset", "seed", "tree", "tree_file", "tree_unit", "tree_plant", "foliage", "robot", "camera", "driver", "speed", "overlays"];
 
 // Reads an address; `speeds` are the time scales that the page has. Returns the options that it names, the overlays (null without any), and a sentence
 // for each that cannot be read.
@@ -31,6 +31,7 @@ export function read(search, speeds) {
 // The address of options; `overlays` is null for those of a page that was just opened, `usual` are the options of such a page.
 export function write(ask, speed, overlays, usual) {
   const parts = new URLSearchParams({ preset: ask.preset, seed: ask.seed, tree: ask.tree });
+  for (const name of ["tree_file", "tree_unit", "tree_plant"]) if (ask[name]) parts.set(name, ask[name]);
   if (ask.robot !== usual.robot) parts.set("robot", ask.robot);
   if (ask.camera) parts.set("camera", ask.camera);
   parts.set("driver", ask.driver);

@@ -5,6 +5,7 @@ import { read, write } from "./link.js";
 import { Overlays } from "./overlays.js";
 import { Policies } from "./policy.js";
 import { Renderer } from "./renderer.js";
+import { Trees } from "./trees.js";
 import { View } from "./view.js";
 
 const $ = id => document.getElementById(id);
@@ -21,6 +22,11 @@ const drive = new Drive(send, () => setRunning(!running));
 const policies = new Policies(policy => {
   send("policy", policy);
   grow({ ...chosen(), driver: Policies.driver(policy.name) });
+}, problem);
+const trees = new Trees(tree => {
+  send("tree", tree);
+  trees.show({ ...chosen(), tree_file: tree.name });
+  grow(chosen());
 }, problem);
 
 function send(kind, parts = {}) {
@@ -52,12 +58,13 @@ function grow(ask) {
 function chosen() {
   const ask = { preset: $("preset").value, seed: $("seed").value.trim(), tree: Number($("tree").value), robot: $("robot").value, driver: $("driver").value };
   if ($("camera").value) ask.camera = $("camera").value;
-  return $("foliage-own").checked ? ask : { ...ask, foliage: Number($("foliage").value) };
+  return trees.add($("foliage-own").checked ? ask : { ...ask, foliage: Number($("foliage").value) });
 }
 
 function show(ask) {
   if (ask.driver.startsWith("onnx:")) Policies.driver(ask.driver.slice(5));
   for (const name of ["preset", "seed", "tree", "robot", "driver"]) $(name).value = ask[name];
+  trees.show(ask);
   $("camera").value = ask.camera ?? "";
   $("foliage-own").checked = ask.foliage === undefined;
   $("foliage").disabled = ask.foliage === undefined;
@@ -104,14 +111,15 @@ const answers = {
     fill($("robot"), menu.robots);
     fill($("camera"), menu.cameras);
     $("camera").prepend(new Option("as the kind of tree has it", ""));
-    policies.most = menu.network_max;
+    [policies.most, trees.most] = [menu.network_max, menu.tree_max];
     [$("foliage").min, $("foliage").max] = menu.foliage;
     overlays.fill(menu.overlays, menu.overlays_on);
     if (link.overlays !== null) {
       overlays.set(link.overlays);
       send("show", { names: link.overlays });
     }
-    const { foliage: _, camera: __, ...defaults } = menu.defaults;
+    // Those without a value are left to the world.
+    const defaults = Object.fromEntries(Object.entries(menu.defaults).filter(([, value]) => value !== null));
     grow({ ...defaults, ...link.ask });
     setSpeed(link.speed);
   },
@@ -119,6 +127,7 @@ const answers = {
     renderer.setMeshes(message.meshes.vertices, message.meshes.counts);
     overlays.begin();
     show(asked);
+    trees.tell(message.notes);
     tellFoliage(message.told.foliage);
     view.face(message.told.p_world_base, aspect());
     tell(message.told);
@@ -133,7 +142,7 @@ const answers = {
     const first = told === null;
     problem(`${sentence(message.problem)}. ${
       first ? "Choose other options and press Grow." : "The tree before stays; choose other options and press Grow."}`);
-    if (first) show({ ...menu.defaults, foliage: undefined, camera: undefined });
+    if (first) show({ ...menu.defaults, foliage: undefined });
   },
   unshown(message) {
     overlays.set(message.overlays ?? menu.overlays_on);
@@ -304,6 +313,15 @@ function key(event) {
   dirty = true;
   return true;
 }
+
+addEventListener("dragover", event => { if (event.dataTransfer?.types.includes("Files")) event.preventDefault(); });
+addEventListener("drop", async event => {
+  if (!event.dataTransfer?.files.length) return;
+  event.preventDefault();
+  const files = [...event.dataTransfer.files], tree = await Trees.among(files);
+  if (tree) trees.take(tree);
+  else policies.take(files);
+});
 
 addEventListener("keydown", event => {
   if (event.ctrlKey || event.altKey || event.metaKey) return;

@@ -10,17 +10,11 @@ export class Policies {
     this.most = Infinity;
     this.files = new Map();
     $("policy").addEventListener("change", () => { this.take([...$("policy").files]); $("policy").value = ""; });
-    addEventListener("dragover", event => { if (event.dataTransfer?.types.includes("Files")) event.preventDefault(); });
-    addEventListener("drop", event => {
-      if (!event.dataTransfer?.files.length) return;
-      event.preventDefault();
-      this.take([...event.dataTransfer.files]);
-    });
   }
 
   async take(files) {
     const other = files.find(file => !/\.(onnx|json)$/i.test(file.name));
-    if (other) return this.say(`“${other.name.slice(0, 60)}” is no policy: open a network, FILE.onnx, and its spec, FILE.json.`);
+    if (other) return this.say(`“${other.name.slice(0, 60)}” is no policy: open a network, FILE.onnx, and its spec, FILE.json. A tree is one file, FILE.json or FILE.mtg.`);
     const large = files.find(file => file.size > this.most);
     if (large) return this.say(`“${large.name.slice(0, 60)}” has more than ${this.most} bytes, the largest size that is read.`);
     for (const file of files) this.files.set(file.name, file);

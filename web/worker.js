@@ -1,6 +1,6 @@
 // Runs one world in WebAssembly, apart from the page, so that the page never waits for it.
 //
-// It takes { kind, .. } messages: grow, show, policy, take, giveBack, wish, run, speed, step, reset, grab, pull, release, drawn, check, time. It answers with menu, grown,
+// It takes { kind, .. } messages: grow, show, policy, tree, take, giveBack, wish, run, speed, step, reset, grab, pull, release, drawn, check, time. It answers with menu, grown,
 // refused, unshown, taken, picture, grabbed, checked, timed, stopped.
 
 // Time of a turn of stepping [ms]; messages are read between turns.
@@ -111,8 +111,9 @@ const actions = {
     const problem = grow(ask);
     if (problem !== null) return postMessage({ kind: "refused", problem });
     const unknown = overlays === null ? null : show(overlays);
-    const made = takeMeshes();
-    postMessage({ kind: "grown", meshes: made, told: told() }, [made.vertices.buffer]);
+    wasm.notes();
+    const notes = JSON.parse(text()), made = takeMeshes();
+    postMessage({ kind: "grown", meshes: made, notes, told: told() }, [made.vertices.buffer]);
     if (unknown !== null) {
       overlays = null;
       postMessage({ kind: "unshown", problem: unknown, overlays });
@@ -128,6 +129,10 @@ const actions = {
   // Takes the files of a policy, which a driver of its name then needs no more.
   policy({ name, network, spec }) {
     for (const [part, given] of [name, network, spec].entries()) { give(given); wasm.policy(part); }
+  },
+  // Takes the file of a digitised tree, which options name from then on.
+  tree({ name, bytes }) {
+    for (const [part, given] of [name, bytes].entries()) { give(given); wasm.tree(part); }
   },
   take() {
     postMessage({ kind: "taken", closes: wasm.take_over() === 1 });

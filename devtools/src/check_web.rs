@@ -3,8 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use orchard_bench::store::write_bytes;
+use orchard_digitised::mtg;
 use orchard_program::{Failure, Verdict};
-use orchard_web::{Ask, PolicyFiles, Tab, grow};
+use orchard_spec::Spec;
+use orchard_web::{Ask, Files, PolicyFiles, Tab, grow};
+use orchard_web_batch::{Asked, Stand};
 use serde::{Deserialize, Serialize};
 
 use crate::{browser, python, web, workspace};
@@ -14,7 +17,7 @@ use crate::{browser, python, web, workspace};
 #[derive(clap::Args)]
 #[command(
     after_help = "A digest covers the depth image that the controller saw, its command, and the state of the world; so do those of a short episode of a policy. On the\n\
-                  page: it draws, steps, pulls a branch by mouse and by touch, shows the wrist camera, is driven by keys, touch and a made-up gamepad, opens a policy,\n\
+                  page: it draws, steps, pulls a branch by mouse and by touch, shows the wrist camera, is driven by keys, touch and a made-up gamepad, opens a policy and digitised trees,\n                  shows many trees by WebGPU, whose joint angles are those of f64 but for rounding,\n\
                   grows another tree, and says what is wrong with a bad link, bad files, and a browser that lacks WebGL2 or WebAssembly; nothing is wider than the\n\
                   window, every control has a label, the console is empty. Screenshots are written to target/web/*.png.\n\n\
                   Needs Rust's target wasm32-unknown-unknown, Chromium (Debian: chromium), python3 with venv, and the network on the first run: the driver\n\
@@ -28,6 +31,14 @@ pub struct Args {
 
 /// The policy whose frames are compared, in the folder of policies, and their number: it has looked three times by then.
 const POLICY: (&str, u32) = ("harvest-clone", 180);
+
+/// Number of frames of a batch that are compared, of its trees: a tile of the kernels with one to spare, so that there are two.
+const BATCH: (u32, u32) = (12, 33);
+/// Largest error of a joint angle in a batch over the largest angle: the bound of `validate gpu`.
+const ANGLE: f64 = 5e-5;
+
+/// Seed of the digitised trees that the page opens.
+const TREE_SEED: u64 = 7;
 
 /// Folder of the script, of the page and of the screenshots.
 const SUITE: &str = "web";
@@ -45,6 +56,17 @@ struct Episode {
     /// Length of the episode \[s\].
     seconds: f64,
     policy: PolicyEpisode,
+    trees: [PathBuf; 2],
+    batch: BatchRun,
+}
+
+/// Frames of a batch of trees, after which both sides have joint angles.
+#[derive(Serialize)]
+struct BatchRun {
+    asked: Asked,
+    frames: u32,
+    /// Trees whose angles are compared.
+    trees: Vec<usize>,
 }
 
 /// A short episode of a policy that both sides run.
@@ -65,6 +87,10 @@ struct Found {
     digests: Vec<String>,
     /// The same of the policy's episode.
     policy_digests: Vec<String>,
+    /// Joint angles of the batch's trees \[rad\].
+    angles: Vec<Vec<f64>>,
+    /// Substeps of a tree per second of the batch that the page shows.
+    batch_rate: f64,
     /// Wall time of the same episode without digests \[s\].
     seconds: f64,
     /// Time from the request of the page to its first picture \[s\].
@@ -95,11 +121,19 @@ fn check(seconds: f64) -> Result<Verdict, Failure> {
     let folder = python::folder(SUITE);
     let weight = web::build(&folder.join("page"))?;
     let ask = Ask::default();
-    let tab = grow(&ask, None).map_err(|e| Failure::Failed(e.to_string()))?;
+    let tab = grow(&ask, &Files::default()).map_err(|e| Failure::Failed(e.to_string()))?;
     let frames = (seconds * tab.told().told.frame_rate).round() as u32;
     let (policy, policy_tab) = of_policy()?;
     let policy_frames = policy.frames;
-    let episode = Episode { ask, frames, seconds, policy };
+    let trees = trees(&folder)?;
+    let (batch_frames, worlds) = BATCH;
+    let batch = BatchRun {
+        asked: Asked { worlds, ..Asked::default() },
+        frames: batch_frames,
+        trees: vec![0, 1, worlds as usize - 1],
+    };
+    let stepped = stepped(&batch)?;
+    let episode = Episode { ask, frames, seconds, policy, trees, batch };
     let (asked, found) = (folder.join("episode.json"), folder.join("found.json"));
     let text = serde_json::to_vec(&episode).map_err(|e| Failure::Failed(e.to_string()))?;
     write_bytes(&asked, &text).map_err(|e| Failure::Failed(e.to_string()))?;
@@ -111,10 +145,15 @@ fn check(seconds: f64) -> Result<Verdict, Failure> {
     let there = read(&found)?;
     compare(&here, &there.digests)?;
     compare(&by_policy, &there.policy_digests)?;
+    let error = angle_error(&stepped, &there.angles)?;
     let [factor, first] = [seconds / there.seconds, there.first_picture];
     say!(
         "{frames} frames of the expert and {policy_frames} of {}: the same bits in the browser; {factor:.1} times real time, first picture after {first:.1} s, {weight}",
         POLICY.0
+    );
+    say!(
+        "{worlds} trees by WebGPU: joint angles after {batch_frames} frames within {error:.1e} of the largest; the page of many trees steps {:.0} substeps of a tree per second",
+        there.batch_rate
     );
     Ok(Verdict::Agreed)
 }
@@ -132,8 +171,54 @@ fn of_policy() -> Result<(PolicyEpisode, Tab), Failure> {
         spec: std::fs::read_to_string(&spec).map_err(|e| failed(&spec, e))?,
     };
     let ask = Ask { driver: format!("onnx:{name}"), ..Ask::default() };
-    let tab = grow(&ask, Some(&files)).map_err(|e| Failure::Failed(e.to_string()))?;
+    let files = Files { policy: Some(files), ..Files::default() };
+    let tab = grow(&ask, &files).map_err(|e| Failure::Failed(e.to_string()))?;
     Ok((PolicyEpisode { ask, frames, name, network, spec }, tab))
+}
+
+/// Writes the files of two digitised trees: one in JSON, and one as an MTG file that does not state its units.
+fn trees(folder: &Path) -> Result<[PathBuf; 2], Failure> {
+    let grown = orchard_treegen::grow(&Spec::paper(), TREE_SEED, 0);
+    let grown = grown.map_err(|e| Failure::Failed(e.to_string()))?;
+    let bare: String = mtg::write(&grown)
+        .lines()
+        .filter(|line| !line.starts_with('#'))
+        .map(|line| format!("{line}\n"))
+        .collect();
+    let files = [("tree.json", orchard_digitised::json::write(&grown)), ("tree.mtg", bare)];
+    for (name, text) in &files {
+        write_bytes(&folder.join(name), text.as_bytes()).map_err(|e| Failure::Failed(e.to_string()))?;
+    }
+    Ok(files.map(|(name, _)| folder.join(name)))
+}
+
+/// Joint angles of a batch's trees in f64 \[rad\].
+fn stepped(batch: &BatchRun) -> Result<Vec<Vec<f64>>, Failure> {
+    let mut stand = Stand::new(&batch.asked).map_err(Failure::Failed)?;
+    while stand.grow_one().map_err(Failure::Failed)? {}
+    let of = |&index: &usize| {
+        let mut world = stand.worlds()[index].clone();
+        (0..batch.frames).for_each(|_| drop(world.step()));
+        world.data().q.clone()
+    };
+    Ok(batch.trees.iter().map(of).collect())
+}
+
+/// Largest difference of joint angles over the largest angle.
+fn angle_error(here: &[Vec<f64>], there: &[Vec<f64>]) -> Result<f64, Failure> {
+    let (a, b): (Vec<f64>, Vec<f64>) =
+        (here.iter().flatten().copied().collect(), there.iter().flatten().copied().collect());
+    let largest = a.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    let off = a.iter().zip(&b).fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()));
+    let error = off / largest;
+    if a.len() != b.len() || b.iter().any(|x| !x.is_finite()) || error >= ANGLE {
+        return Err(Failure::Failed(format!(
+            "{} joint angles by WebGPU differ from the {} in f64 by {error:.1e} of the largest; the bound is {ANGLE:.0e}",
+            b.len(),
+            a.len()
+        )));
+    }
+    Ok(error)
 }
 
 /// Digest of every frame on this processor, hexadecimal.
@@ -174,5 +259,14 @@ mod tests {
         let e = compare(&list(&["a", "b", "c"]), &list(&["a", "x", "y"])).unwrap_err().to_string();
         assert!(e.contains("from frame 1 of 3 on"), "{e}");
         assert!(compare(&list(&["a"]), &[]).unwrap_err().to_string().contains("ran 0 frames"));
+    }
+
+    #[test]
+    fn angles_that_differ_are_refused() {
+        let here = [vec![0.5, -1.0]];
+        assert!(angle_error(&here, &[vec![0.5, -1.000_01]]).unwrap() < ANGLE);
+        for bad in [vec![0.5, -1.01], vec![0.5], vec![f64::NAN, -1.0]] {
+            assert!(angle_error(&here, &[bad]).is_err());
+        }
     }
 }

@@ -14,8 +14,15 @@ use crate::workspace;
 pub struct Args {}
 
 /// Members of the workspace that are not published.
-const UNPUBLISHED: [&str; 6] =
-    ["orchard-python", "orchard-web", "orchard-tests", "orchard-fuzz", "devtools", "xtask"];
+const UNPUBLISHED: [&str; 7] = [
+    "orchard-python",
+    "orchard-web",
+    "orchard-web-batch",
+    "orchard-tests",
+    "orchard-fuzz",
+    "devtools",
+    "xtask",
+];
 
 /// Folder of the workspace of packages: a package belongs to the workspace that is nearest above it.
 const OUTSIDE: &str = "outside";

@@ -34,7 +34,7 @@ pub struct Args {
 }
 
 /// The crates, lowest first. A crate may use only crates that stand before it.
-const LAYERS: [&str; 43] = [
+const LAYERS: [&str; 45] = [
     "quantity",
     "spec",
     "geometry",
@@ -44,6 +44,7 @@ const LAYERS: [&str; 43] = [
     "camera",
     "perception",
     "treephys",
+    "digitised",
     "exchange",
     "fruit",
     "tensor",
@@ -70,6 +71,7 @@ const LAYERS: [&str; 43] = [
     "recording",
     "report",
     "web",
+    "web-batch",
     "view",
     "program",
     "orchardbench",

@@ -25,9 +25,8 @@ pub struct Args {
 
 /// Rust's name of WebAssembly without an operating system.
 const TARGET: &str = "wasm32-unknown-unknown";
-/// The crate that is compiled, and the file that it becomes on the page.
-const PACKAGE: &str = "orchard-web";
-const PROGRAM: &str = "orchard.wasm";
+/// The crates that are compiled, and the files that they become: the first is that of the page, the second is loaded when many trees are asked for.
+const PROGRAMS: [(&str, &str); 2] = [("orchard-web", "orchard.wasm"), ("orchard-web-batch", "batch.wasm")];
 /// Kinds of files of the page.
 const KINDS: [&str; 3] = ["html", "css", "js"];
 
@@ -68,10 +67,12 @@ pub fn can_build() -> bool {
 
 /// Builds the page into a folder.
 pub fn build(out: &Path) -> Result<Weight, Failure> {
-    let program = compile()?;
+    let mut files = Vec::new();
+    for (package, file) in PROGRAMS {
+        files.push((file.to_owned(), compile(package)?));
+    }
     std::fs::create_dir_all(out).map_err(|e| failed(out, e))?;
     let source = workspace::root().join("web");
-    let mut files = vec![(PROGRAM.to_owned(), program)];
     for path in workspace::files(&source, &KINDS)? {
         files.push((workspace::relative(&source, &path), path));
     }
@@ -85,17 +86,17 @@ pub fn build(out: &Path) -> Result<Weight, Failure> {
     Ok(weight)
 }
 
-/// Compiles the crate to WebAssembly; returns its file.
-fn compile() -> Result<PathBuf, Failure> {
+/// Compiles a crate to WebAssembly; returns its file.
+fn compile(package: &str) -> Result<PathBuf, Failure> {
     let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    cargo.args(["rustc", "--quiet", "--release", "--package", PACKAGE, "--lib", "--target", TARGET]);
+    cargo.args(["rustc", "--quiet", "--release", "--package", package, "--lib", "--target", TARGET]);
     // The names of its functions are of no use on the page.
     cargo.args(["--crate-type", "cdylib", "--", "-C", "strip=symbols"]);
     let status = cargo.current_dir(workspace::root()).status();
     if !status.is_ok_and(|status| status.success()) {
-        return Err(Failure::Failed(format!("{PACKAGE} cannot be built for {TARGET}")));
+        return Err(Failure::Failed(format!("{package} cannot be built for {TARGET}")));
     }
-    let name = format!("{}.wasm", PACKAGE.replace('-', "_"));
+    let name = format!("{}.wasm", package.replace('-', "_"));
     Ok(workspace::target().join(TARGET).join("release").join(name))
 }
 

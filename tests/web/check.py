@@ -23,6 +23,8 @@ from playwright.sync_api import sync_playwright
 SIZES = {"wide": (1280, 800), "narrow": (390, 844)}
 # Graphics in software: the same on machines with and without a device.
 GRAPHICS = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+# WebGPU, in software as well.
+WEBGPU = ["--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader", "--enable-features=Vulkan"]
 # Times that are waited for [ms]; far beyond what a slow machine needs.
 PATIENCE = 180_000
 
@@ -295,7 +297,52 @@ def policies(visit, policy):
     visit.demand(page.is_hidden("#problem"), f"says {page.inner_text('#problem')}")
 
 
-def wide(browser, site, errors, folder, policy):
+def trees(visit, good, touch):
+    """Opens digitised trees by the file chooser; bad ones get a sentence, and the tree before stays."""
+    page = visit.page
+    click = page.tap if touch else page.click
+
+    def says(sentence):
+        visit.wait(f"() => document.getElementById('problem').textContent.includes({json.dumps(sentence)})")
+        looks(visit)
+
+    def grown(name):
+        visit.wait(f"() => (new URLSearchParams(location.search).get('tree_file') ?? '') === '{name}' && document.getElementById('waiting').hidden")
+        visit.demand(page.is_hidden("#problem"), f"says {page.inner_text('#problem')}")
+
+    skeleton, mtg = good
+    page.set_input_files("#tree-file", skeleton)
+    grown("tree.json")
+    visit.demand(page.inner_text("#tree-told") == "tree.json is open.", f"tells {page.inner_text('#tree-told')}")
+    visit.demand(page.input_value("#source") == "tree.json" and page.is_disabled("#tree-unit"), "the tree is not chosen")
+    start = visit.figure("time")
+    visit.wait(f"() => Number(document.getElementById('time').textContent) !== {start}")
+    page.evaluate(DROP, {"bad.json": '{ "format": "orchard-skeleton", "schema_version": 9 }'})
+    says("Tree bad.json: schema_version is 9; this version reads 1. The tree before stays")
+    page.evaluate(DROP, {"bad.mtg": "an apple"})
+    says("Tree bad.mtg: ")
+    page.set_input_files("#tree-file", {"name": "tree.ply", "mimeType": "text/plain", "buffer": b"ply"})
+    says("“tree.ply” is no tree: open a skeleton, FILE.json, or an MTG file, FILE.mtg.")
+    page.set_input_files("#tree-file", mtg)
+    grown("tree.mtg")
+    visit.wait("() => document.getElementById('tree-told').textContent.includes('The file states no unit: metres are taken')")
+    looks(visit)
+    page.fill("#tree-unit", "furlong")
+    click("#grow")
+    says("Tree tree.mtg: the unit")
+    page.fill("#tree-unit", "m")
+    click("#grow")
+    visit.wait("() => location.search.includes('tree_unit=m') && document.getElementById('waiting').hidden")
+    page.evaluate("() => scrollTo(0, 0)")
+    shot = page.screenshot()
+    page.select_option("#source", "")
+    click("#grow")
+    grown("")
+    visit.demand(page.inner_text("#tree-told") == "", "the file of a tree that was grown is told")
+    return shot
+
+
+def wide(browser, site, errors, folder, policy, files):
     visit = Visit(browser, site, SIZES["wide"], errors, "1280 px")
     first = visit.open()
     page = visit.page
@@ -330,6 +377,9 @@ def wide(browser, site, errors, folder, policy):
     visit.wait("() => location.search.includes('seed=20250705') && document.getElementById('waiting').hidden")
     visit.demand(page.is_hidden("#problem"), f"says {page.inner_text('#problem')}")
     policies(visit, policy)
+    page.select_option("#driver", "expert")
+    (folder / "wide-tree.png").write_bytes(trees(visit, files, False))
+    page.select_option("#driver", f"onnx:{policy['name']}")
     # It was made for another robot.
     page.select_option("#robot", "rail-xarm6-suction")
     page.select_option("#camera", "d435i")
@@ -344,7 +394,7 @@ def wide(browser, site, errors, folder, policy):
     return first
 
 
-def narrow(browser, site, errors, folder):
+def narrow(browser, site, errors, folder, files):
     visit = Visit(browser, site, SIZES["narrow"], errors, "390 px", touch=True)
     visit.open("?preset=tall-spindle&seed=7&tree=2&foliage=0.3&driver=nobody&speed=2")
     page = visit.page
@@ -355,6 +405,7 @@ def narrow(browser, site, errors, folder):
     page.screenshot(path=folder / "narrow.png")
     page.screenshot(path=folder / "narrow-whole.png", full_page=True)
     (folder / "narrow-pull.png").write_bytes(pull(visit, True))
+    (folder / "narrow-tree.png").write_bytes(trees(visit, files, True))
     page.tap("#take")
     page.wait_for_selector("body.driving")
     page.evaluate("() => scrollTo(0, 0)")
@@ -370,6 +421,52 @@ def narrow(browser, site, errors, folder):
     visit.context.close()
 
 
+def batches(playwright, chromium, site, errors, folder, asked):
+    """The page of many trees at both sizes; returns joint angles of some trees, and how fast the page steps them. Without WebGPU it says so."""
+    browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox", *WEBGPU])
+    visit = Visit(browser, site, SIZES["wide"], errors, "many trees")
+    visit.page.goto(site + "batch.html?wait=")
+    looks(visit)
+    angles = visit.page.evaluate("asked => window.anglesAfter(asked)", asked)
+    visit.context.close()
+    rate = 0
+    for name, touch in [("wide", False), ("narrow", True)]:
+        visit = Visit(browser, site, SIZES[name], errors, f"many trees, {name}", touch=touch)
+        page = visit.page
+        page.goto(site + "batch.html" + ("?wait=" if touch else ""))
+        if touch:
+            page.select_option("#worlds", "8")
+            page.tap("#grow")
+        page.wait_for_selector("body[data-pictured]", state="attached")
+        visit.wait("() => Number(document.body.dataset.pictured) >= 30")
+        visit.demand("substeps of a tree per second" in page.inner_text("#told"), f"tells {page.inner_text('#told')}")
+        visit.demand(page.is_hidden("#problem"), f"says {page.inner_text('#problem')}")
+        looks(visit)
+        page.screenshot(path=folder / f"{name}-batch.png", full_page=True)
+        if not touch:
+            rate = float(page.get_attribute("body", "data-rate"))
+            page.click("#run")
+            visit.demand(page.inner_text("#run") == "Run", "Pause does not pause")
+            page.fill("#seed", "12x")
+            page.click("#grow")
+            visit.wait("() => document.getElementById('problem').textContent.includes('seed “12x” is no whole number')")
+        visit.context.close()
+    lacks = {
+        "Object.defineProperty(Navigator.prototype, 'gpu', { get: () => undefined });": "this browser has no WebGPU. Use one that has it",
+        "GPU.prototype.requestAdapter = async () => null;": "WebGPU is here, but finds no graphics device",
+    }
+    for without, sentence in lacks.items():
+        visit = Visit(browser, site, SIZES["narrow"], errors, "without WebGPU")
+        visit.page.add_init_script(without)
+        visit.page.goto(site + "batch.html")
+        visit.page.wait_for_selector("#problem:not([hidden])")
+        visit.demand(sentence in visit.page.inner_text("#problem"), f"says {visit.page.inner_text('#problem')}")
+        looks(visit)
+        visit.context.close()
+    browser.close()
+    return angles, rate
+
+
 def faults(browser, site, errors, folder, page):
     """Bad links, and browsers that lack something: each gets a sentence."""
     cases = {
@@ -382,6 +479,8 @@ def faults(browser, site, errors, folder, page):
         "?robot=mule": "No robot 'mule'; the robots are: ridgeback-fr3",
         "?camera=box": "No camera 'box'; the cameras are:",
         "?overlays=smell&driver=nobody": "Overlay `smell` is unknown; the overlays are: leaves",
+        "?tree_file=mine.mtg": "Tree mine.mtg: its file is not here: open mine.mtg",
+        "?tree_unit=mm": "Tree_unit is of a tree from a file",
         "?driver=onnx:mine.onnx": "its two files are not here: open mine.onnx",
     }
     for search, sentences in cases.items():
@@ -425,11 +524,12 @@ def main():
         asked = json.loads(Path(asked).read_text())
         digests, policy_digests, seconds, said = episode(browser, site, asked)
         errors += [f"the worker wrote to the console: {line}" for line in said]
-        first = wide(browser, site, errors, folder, asked["policy"])
-        narrow(browser, site, errors, folder)
+        first = wide(browser, site, errors, folder, asked["policy"], asked["trees"])
+        narrow(browser, site, errors, folder, asked["trees"])
         faults(browser, site, errors, folder, page)
         browser.close()
-    Path(found).write_text(json.dumps({"digests": digests, "policy_digests": policy_digests, "seconds": seconds, "first_picture": first}))
+        angles, rate = batches(playwright, chromium, site, errors, folder, asked["batch"])
+    Path(found).write_text(json.dumps({"digests": digests, "policy_digests": policy_digests, "angles": angles, "batch_rate": rate, "seconds": seconds, "first_picture": first}))
     for error in errors:
         print(error, file=sys.stderr)
     sys.exit(1 if errors else 0)

@@ -1,4 +1,5 @@
 //! Which vector instructions to use, found out at run time.
+#![cfg_attr(target_arch = "wasm32", allow(dead_code))] // it has but one set
 
 use crate::kernel::{Baseline, Instructions, Task};
 use pulp::{Simd, WithSimd};

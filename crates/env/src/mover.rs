@@ -1,5 +1,8 @@
 //! Movers of worlds: the processor, or a graphics device.
 
+#[cfg(feature = "gpu")]
+use std::sync::{Arc, Mutex, PoisonError, Weak};
+
 use orchard_robot::{Command, Observation};
 use orchard_scenario::Scenario;
 use orchard_tasks::plan_file::Backend;
@@ -49,9 +52,22 @@ pub(crate) enum Mover {
 pub(crate) struct Device {
     crews: Vec<orchard_lockstep::Lockstep>,
     eyes: Box<orchard_lockstep::Eyes>,
-    gpu: Box<orchard_gpu::Gpu>,
+    gpu: Arc<orchard_gpu::Gpu>,
     /// Observations that stay there, if they do.
     observed: Option<Box<crate::on_device::OnDevice>>,
+}
+
+/// The device of all environments that this process has open, opened for the first of them: its kernels are compiled once. A lost one is replaced.
+#[cfg(feature = "gpu")]
+fn open_device() -> Result<Arc<orchard_gpu::Gpu>, orchard_gpu::GpuError> {
+    static OPEN: Mutex<Weak<orchard_gpu::Gpu>> = Mutex::new(Weak::new());
+    let mut open = OPEN.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(gpu) = open.upgrade().filter(|gpu| !gpu.is_lost()) {
+        return Ok(gpu);
+    }
+    let gpu = Arc::new(orchard_gpu::Gpu::open(orchard_gpu::Choice::Any)?);
+    *open = Arc::downgrade(&gpu);
+    Ok(gpu)
 }
 
 #[cfg(feature = "gpu")]
@@ -74,12 +90,12 @@ impl Mover {
             }
             #[cfg(feature = "gpu")]
             Backend::Gpu => {
-                let gpu = orchard_gpu::Gpu::open(orchard_gpu::Choice::Any).map_err(|e| device(&e))?;
+                let gpu = open_device().map_err(|e| device(&e))?;
                 let samples = orchard_lockstep::samples(std::slice::from_ref(scenario));
                 let crews = orchard_lockstep::Lockstep::crews(&gpu, &samples, lanes, CREWS);
                 let (crews, eyes) =
                     (crews.map_err(|e| device(&e))?, Box::new(orchard_lockstep::Eyes::new(&gpu)));
-                Ok(Self::Gpu(Device { crews, eyes, gpu: Box::new(gpu), observed: None }))
+                Ok(Self::Gpu(Device { crews, eyes, gpu, observed: None }))
             }
         }
     }

@@ -23,9 +23,6 @@ use crate::table::BaseTree;
 /// `docs/computation/gpu.md` compares other numbers.
 const TILES_OF_A_CARD: [(usize, usize); 2] = [(1024, 128), (usize::MAX, 256)];
 
-/// Workgroups of a tile, of a warp each, that press the links in wind; a choice between short walks and many workgroups.
-const PRESSING_GROUPS: u32 = 80;
-
 /// Options of a batch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Options {
@@ -184,10 +181,7 @@ impl GpuBatch {
         self.memory.rules.frame += frames;
         let rules = self.memory.rules;
         let steps = (first..first + frames).map(|frame| Rules { frame, ..rules });
-        let passes: &[Pass] = match self.memory.solver {
-            Solver::Aba => &[Pass::Frame, Pass::Events],
-            Solver::ConjugateGradients => &[Pass::Conjugate, Pass::Events],
-        };
+        let passes = Pass::of_a_frame(self.memory.solver);
         self.run(steps.map(|rules| (rules, passes)));
     }
 
@@ -271,21 +265,12 @@ impl GpuBatch {
         }
     }
 
-    /// Workgroups of a tile in a pass, with those of the wind's own.
-    fn groups_of_a_tile(&self, pass: Pass) -> u32 {
-        match pass {
-            Pass::Frame if self.memory.laws.air_aside => 2,
-            Pass::Events if self.memory.laws.press_aside => 1 + PRESSING_GROUPS,
-            _ => 1,
-        }
-    }
-
     /// Dispatches a pass with the rules at an offset in their buffer.
     pub(crate) fn dispatch(&self, pass: &mut wgpu::ComputePass<'_>, rules: u32, kind: Pass) {
         let varied = self.vary_bindings.as_ref().filter(|_| kind == Pass::Vary);
         pass.set_bind_group(0, varied.unwrap_or(&self.bindings), &[rules]);
         pass.set_pipeline(self.pipelines.of(kind, self.memory.laws));
-        pass.dispatch_workgroups(self.memory.tile_count() as u32, self.groups_of_a_tile(kind), 1);
+        pass.dispatch_workgroups(self.memory.tile_count() as u32, kind.groups_of_a_tile(self.memory.laws), 1);
     }
 
     /// Waits until all frames are done.

@@ -63,8 +63,9 @@ impl Buffers {
         ];
         check_limits(gpu, worlds, largest.into_iter().max().unwrap_or(0), memory.tile_count())?;
         let of_worlds = |some: usize| {
-            let part = |bytes: usize| (bytes as u128 * some as u128).div_ceil(worlds.max(1) as u128);
-            Self::allocate(gpu, |bytes| part(bytes) as usize, memory)
+            // Without worlds there is still the table of their base.
+            let (some, of) = if worlds == 0 { (1, 1) } else { (some as u128, worlds as u128) };
+            Self::allocate(gpu, |bytes| (bytes as u128 * some).div_ceil(of) as usize, memory)
         };
         let buffers = allocated(gpu, worlds, memory.bytes() / worlds.max(1), of_worlds)?;
         buffers.fill(gpu, memory);

@@ -2,7 +2,10 @@
 
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use wgpu::{Backends, DeviceDescriptor, DeviceType, Features, InstanceDescriptor, Limits, PowerPreference};
+use wgpu::{
+    Backends, DeviceDescriptor, DeviceType, Features, InstanceDescriptor, InstanceFlags, Limits,
+    PowerPreference,
+};
 
 use crate::BatchError;
 use crate::images::pipelines::ImagePipelines;
@@ -148,6 +151,9 @@ impl Gpu {
     pub(crate) fn open_with(choice: Choice, largest_buffer: u64) -> Result<Self, GpuError> {
         let descriptor = InstanceDescriptor {
             backends: Backends::VULKAN | Backends::METAL | Backends::DX12,
+            // Without the lines of the kernels' source: in builds that are not optimised wgpu counts them anew for every instruction, a quarter of all
+            // the time of the tests. `WGPU_DEBUG=1` brings them.
+            flags: InstanceFlags::default().difference(InstanceFlags::DEBUG).with_env(),
             ..InstanceDescriptor::new_without_display_handle()
         };
         let instance = wgpu::Instance::new(descriptor);
@@ -239,6 +245,11 @@ impl Gpu {
     /// Name and limits of the adapter.
     pub fn info(&self) -> &GpuInfo {
         &self.info
+    }
+
+    /// True if the device stopped working, as far as is known.
+    pub fn is_lost(&self) -> bool {
+        self.check().is_err()
     }
 
     /// Waits until all submitted work is done.

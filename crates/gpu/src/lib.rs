@@ -23,15 +23,22 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+// Without devices, what only they use is left over.
+#![cfg_attr(not(feature = "device"), allow(dead_code, unused_imports))]
+
 // The included file `testing` refers to the library by name.
 #[cfg(test)]
 extern crate self as orchard_gpu;
 
+#[cfg(feature = "device")]
 mod arrays;
+#[cfg(feature = "device")]
 mod batch;
 #[cfg(test)]
 mod batch_tests;
+#[cfg(feature = "device")]
 mod buffers;
+#[cfg(feature = "device")]
 mod device;
 #[cfg(test)]
 #[path = "../../camera/tests/suite/common/direction.rs"]
@@ -40,15 +47,20 @@ mod direction;
 mod error_tests;
 #[cfg(test)]
 mod image_tests;
+#[cfg(feature = "device")]
 mod images;
 mod laws;
 mod layout;
 mod memory;
+mod packed;
+mod passes;
+#[cfg(feature = "device")]
 mod pipelines;
 #[cfg(test)]
 mod redraw_tests;
 #[cfg(test)]
 mod robot_tests;
+#[cfg(feature = "device")]
 mod robots;
 mod rules;
 mod schedule;
@@ -59,6 +71,7 @@ mod shapes;
 mod solver;
 #[cfg(test)]
 mod stem_tests;
+#[cfg(feature = "device")]
 mod stepper;
 mod table;
 #[cfg(test)]
@@ -73,6 +86,7 @@ mod trials;
 mod twin;
 #[cfg(test)]
 mod world_tests;
+#[cfg(feature = "device")]
 mod worlds;
 
 /// The example of the README as a test.
@@ -80,15 +94,22 @@ mod worlds;
 #[doc = include_str!("../README.md")]
 struct Readme;
 
+#[cfg(feature = "device")]
 pub use arrays::DeviceArray;
+#[cfg(feature = "device")]
 pub use batch::{GpuBatch, Options, Statistics};
+#[cfg(feature = "device")]
 pub use device::{Choice, Gpu, GpuError, GpuInfo};
+#[cfg(feature = "device")]
 pub use images::{DepthMask, ImageBatch, Look, Subject, View};
 pub use memory::Room;
+pub use packed::{Contents, Kernel, PackedTrees};
+#[cfg(feature = "device")]
 pub use robots::RobotBatch;
 pub use schedule::{ScheduleError, WARPS};
 pub use solver::Solver;
 pub use table::{BaseError, BaseTree};
+#[cfg(feature = "device")]
 pub use worlds::{ContactPoint, Fitted, Meeting, News, Tenant, Wish, WorldBatch};
 
 /// Error: worlds cannot form a batch.
@@ -125,6 +146,12 @@ pub enum BatchError {
         pushed: usize,
         /// Number of links that can have one.
         most: usize,
+    },
+    /// The passes that begin a wind are a device's own.
+    #[error("world {world} stands in wind, which only a device of this library begins")]
+    Wind {
+        /// Index of the world.
+        world: usize,
     },
     /// The batch has no base tree from which worlds could be drawn.
     #[error(

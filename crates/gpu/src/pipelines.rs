@@ -5,6 +5,7 @@ use std::sync::OnceLock;
 use wgpu::{BufferBindingType, ComputePipeline, PipelineCompilationOptions, PipelineLayout, ShaderModule};
 
 use crate::laws::Laws;
+pub(crate) use crate::passes::Pass;
 use crate::shader;
 
 /// One pipeline for each kind of pass and each set of laws, compiled at its first use.
@@ -13,62 +14,6 @@ pub(crate) struct Pipelines {
     pub kernels: Kernels,
     /// Compiled pipelines, by laws and kind of pass.
     compiled: [[OnceLock<ComputePipeline>; Pass::ALL.len()]; Laws::COUNT],
-}
-
-/// Kind of a pass.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Pass {
-    /// Advances a frame by elimination.
-    Frame,
-    /// Advances a frame by conjugate gradients.
-    Conjugate,
-    /// Applies the events that the tests of a frame have found.
-    Events,
-    /// Resets marked worlds.
-    Reset,
-    /// Sets the air of worlds whose wind begins.
-    Begin,
-    /// Settles marked worlds into their equilibrium.
-    Settle,
-    /// Measures energies.
-    Measure,
-    /// Draws marked worlds from the base.
-    Vary,
-    /// Goes inwards through a substep of worlds with a robot.
-    Inward,
-    /// Goes outwards through it, after the contacts.
-    Outward,
-}
-
-impl Pass {
-    const ALL: [Self; 10] = [
-        Self::Frame,
-        Self::Conjugate,
-        Self::Events,
-        Self::Reset,
-        Self::Begin,
-        Self::Settle,
-        Self::Measure,
-        Self::Vary,
-        Self::Inward,
-        Self::Outward,
-    ];
-
-    /// Entry point, and the constants that specialise it.
-    fn entry(self) -> (&'static str, &'static [(&'static str, f64)]) {
-        match self {
-            Self::Frame => ("frame", &[]),
-            Self::Conjugate => ("conjugate", &[("CONJUGATE", 1.0)]),
-            Self::Events => ("apply_events", &[]),
-            Self::Reset => ("reset", &[]),
-            Self::Begin => ("begin_wind", &[]),
-            Self::Settle => ("frame", &[("SETTLES", 1.0)]),
-            Self::Measure => ("measure", &[]),
-            Self::Vary => ("vary", &[]),
-            Self::Inward => ("substep_inward", &[]),
-            Self::Outward => ("substep_outward", &[]),
-        }
-    }
 }
 
 impl Pipelines {
@@ -86,12 +31,8 @@ impl Pipelines {
 
     /// Pipeline of a pass under some laws.
     pub fn of(&self, pass: Pass, laws: Laws) -> &ComputePipeline {
-        self.compiled[laws.index()][pass as usize].get_or_init(|| {
-            let (entry, constants) = pass.entry();
-            let blows = laws.wind && matches!(pass, Pass::Frame | Pass::Conjugate);
-            let blowing: &[_] = if blows { &[("BLOWS", 1.0)] } else { &[] };
-            self.kernels.pipeline(entry, &[constants, &laws.constants(), blowing].concat())
-        })
+        self.compiled[laws.index()][pass as usize]
+            .get_or_init(|| self.kernels.pipeline(pass.entry(), &pass.constants(laws)))
     }
 }
 

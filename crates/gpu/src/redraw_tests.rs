@@ -187,5 +187,6 @@ fn what_cannot_be_drawn_is_refused() {
     let Some(gpu) = device() else { return };
     let mut given = GpuBatch::new(&gpu, std::slice::from_ref(base.world())).unwrap();
     assert_eq!(given.redraw(&[0], 0), Err(GpuError::Batch(BatchError::NoBase)));
-    assert!(GpuBatch::randomised(&gpu, &base, 0).unwrap().is_empty());
+    let none = GpuBatch::randomised(&gpu, &base, 0).unwrap();
+    assert!(none.is_empty() && none.wait().is_ok());
 }

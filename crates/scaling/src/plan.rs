@@ -183,12 +183,13 @@ impl ScalingPlan {
         Ok((if is_software { self.for_software(rules) } else { self }, Some(gpu)))
     }
 
-    /// Reduces the plan for a software adapter.
+    /// Reduces the plan for a software adapter, whose clocks need no warming.
     pub(crate) fn for_software(mut self, rules: &ScalingRules) -> Self {
         let most = rules.device.software_worlds.get();
         self.worlds.retain(|worlds| *worlds <= most);
         self.frames = rules.device.software_frames.get();
-        self.continuous = self.continuous.map(|continuous| ContinuousTiming { wake: 0.0, ..continuous });
+        self.continuous =
+            self.continuous.map(|continuous| ContinuousTiming { wake: 0.0, warm_up: 0, ..continuous });
         self.note = Some(format!(
             "a software adapter, for tests only: at most {most} worlds, courses of {} frames",
             self.frames

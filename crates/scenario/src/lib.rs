@@ -26,10 +26,10 @@ pub use figures::Figure;
 pub use mesh_files::MeshFiles;
 pub use names::{Names, SceneNames, controller_name};
 pub use options::{OptionValue, Options};
+pub use orchard_digitised::{TreeFile, TreeFormat};
 pub use resolve::{cameras, controllers, detector, detector_for, detectors, presets, robots};
 pub use robot::RobotFiles;
 pub use stored::StoredScenario;
-pub use tree::{TreeFile, TreeFormat};
 
 use std::sync::Arc;
 

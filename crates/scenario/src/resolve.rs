@@ -16,7 +16,7 @@ use crate::figures::Layers;
 use crate::limits;
 use crate::options::names_file;
 use crate::robot;
-use crate::{Names, OptionValue, Options, Scenario, ScenarioError, SceneNames, TreeFile};
+use crate::{Names, OptionValue, Options, Scenario, ScenarioError, SceneNames, TreeFile, tree};
 
 /// Names of the robots.
 pub fn robots() -> Vec<&'static str> {
@@ -189,7 +189,7 @@ fn read_tree(options: &Options) -> Result<Option<TreeFile>, ScenarioError> {
         });
     };
     let value = |option: &Option<OptionValue>| option.as_ref().map(|given| given.value.clone());
-    let file = TreeFile::read(Path::new(&given.value), value(&options.tree_unit), value(&options.tree_plant));
+    let file = tree::read(Path::new(&given.value), value(&options.tree_unit), value(&options.tree_plant));
     file.map(Some).map_err(|e| given.refuse(e))
 }
 

@@ -166,7 +166,7 @@ fn a_digitised_tree_stands_in_every_world() {
     let grown = of(&[]).planting(20250704, 0).unwrap().skeleton;
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("measured.json");
-    std::fs::write(&file, orchard_exchange::json::write(&grown)).unwrap();
+    std::fs::write(&file, orchard_digitised::json::write(&grown)).unwrap();
     let scenario = of(&[("tree", file.to_str().unwrap()), ("preset", "v-trellis")]);
     assert_eq!(scenario.names().scene.tree, "measured.json");
     let [a, b] = [0, 1].map(|world| scenario.world(1, world, 0).unwrap());

@@ -14,16 +14,17 @@ use orchard_geometry::Vec3;
 
 use orchard_play::{Reach, Wish};
 
-use crate::ask::{Ask, menu};
+use crate::ask::{Ask, Files, menu};
 use crate::parts::AskError;
 use crate::policy::PolicyFiles;
 use crate::tab::Tab;
+use crate::tree::TreeBytes;
 
 /// The session, and the buffers.
 #[derive(Default)]
 struct Desk {
     tab: Option<Tab>,
-    policy: Option<PolicyFiles>,
+    files: Files,
     input: Vec<u8>,
     output: Vec<u8>,
     floats: Vec<f32>,
@@ -117,7 +118,7 @@ pub extern "C" fn offer() {
 pub extern "C" fn grow() -> u32 {
     with(|desk| {
         let text = String::from_utf8_lossy(&desk.input).into_owned();
-        let grown = Ask::from_json(&text).and_then(|ask| crate::grow(&ask, desk.policy.as_ref()));
+        let grown = Ask::from_json(&text).and_then(|ask| crate::grow(&ask, &desk.files));
         match grown {
             Ok(tab) => {
                 desk.tab = Some(tab);
@@ -302,11 +303,36 @@ pub extern "C" fn policy(part: u32) {
     with(|desk| {
         let bytes = std::mem::take(&mut desk.input);
         let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-        match (part, &mut desk.policy) {
+        match (part, &mut desk.files.policy) {
             (0, policy) => *policy = Some(PolicyFiles { name: text(&bytes), ..PolicyFiles::default() }),
             (1, Some(policy)) => policy.network = bytes,
             (_, Some(policy)) => policy.spec = text(&bytes),
             (_, None) => {}
         }
+    });
+}
+
+/// Takes the input as a part of a tree's file: 0 its name, with which the file begins, 1 its content.
+#[unsafe(no_mangle)]
+pub extern "C" fn tree(part: u32) {
+    with(|desk| {
+        let bytes = std::mem::take(&mut desk.input);
+        match (part, &mut desk.files.tree) {
+            (0, tree) => {
+                let name = String::from_utf8_lossy(&bytes).into_owned();
+                *tree = Some(TreeBytes { name, ..TreeBytes::default() });
+            }
+            (_, Some(tree)) => tree.bytes = bytes,
+            (_, None) => {}
+        }
+    });
+}
+
+/// Returns the assumptions made when the tree's file was read, as a JSON list of sentences.
+#[unsafe(no_mangle)]
+pub extern "C" fn notes() {
+    with(|desk| {
+        let notes = desk.tab.as_ref().map(Tab::notes).unwrap_or_default();
+        desk.output = serde_json::to_vec(notes).unwrap_or_default();
     });
 }

@@ -17,6 +17,7 @@ use crate::driver::Driver;
 use crate::parts::{AskError, Parts, shown};
 use crate::policy::{self, POLICY, PolicyFiles};
 use crate::tab::{OVERLAYS, Tab};
+use crate::tree::{self, Named, TreeBytes};
 
 /// The foliage dial in a world's config.
 const FOLIAGE: &str = "foliage.density";
@@ -31,6 +32,12 @@ pub struct Ask {
     pub seed: String,
     /// Index of the tree under the seed.
     pub tree: u32,
+    /// File name of a digitised tree; `None` grows one.
+    pub tree_file: Option<String>,
+    /// Units of its lengths and diameters, for MTG files that state none: `mm`, or `mm,0.1mm`.
+    pub tree_unit: Option<String>,
+    /// Which plant of an MTG file with several.
+    pub tree_plant: Option<String>,
     /// The foliage dial \[1\]; `None` keeps the preset's.
     pub foliage: Option<f64>,
     /// Robot, by its name.
@@ -48,6 +55,9 @@ impl Default for Ask {
             preset: Preset::Paper.name().to_owned(),
             seed: "20250704".to_owned(),
             tree: 0,
+            tree_file: None,
+            tree_unit: None,
+            tree_plant: None,
             foliage: None,
             robot: RobotModel::PAPER.to_owned(),
             camera: None,
@@ -133,21 +143,44 @@ impl Ask {
     }
 }
 
-/// Grows the session that the options ask for; `policy` holds the files of a policy that may drive.
+/// Files that a visitor opened.
+#[derive(Debug, Clone, Default)]
+pub struct Files {
+    /// A policy that may drive.
+    pub policy: Option<PolicyFiles>,
+    /// A digitised tree that may stand in the world.
+    pub tree: Option<TreeBytes>,
+}
+
+/// Grows the session that the options ask for, with the files that they name.
 ///
 /// # Errors
-/// An option that cannot be used, or a world that cannot be built.
-pub fn grow(ask: &Ask, policy: Option<&PolicyFiles>) -> Result<Tab, AskError> {
+/// An option or a file that cannot be used, or a world that cannot be built.
+pub fn grow(ask: &Ask, files: &Files) -> Result<Tab, AskError> {
     let (seed, parts) = (ask.seed()?, ask.parts()?);
-    let kind = ask.kind(&parts, policy)?;
-    let world = World::new(parts.spec, parts.robot.clone(), seed, ask.tree);
+    let kind = ask.kind(&parts, files.policy.as_ref())?;
+    let named =
+        Named { file: ask.tree_file.as_ref(), unit: ask.tree_unit.as_ref(), plant: ask.tree_plant.as_ref() };
+    let tree = tree::read(&named, files.tree.as_ref())?;
+    let (spec, own) = (parts.spec, parts.robot.clone());
+    let world = match &tree {
+        None => World::new(spec, own, seed, ask.tree),
+        Some(tree) => {
+            let skeleton = tree.skeleton(&spec, seed, ask.tree);
+            World::with_tree(spec, own, skeleton, seed, ask.tree, 0)
+        }
+    };
     let mut world = world.map_err(|e| {
-        AskError(format!("tree {} of seed {seed} cannot be built: {e}; take another seed", ask.tree))
+        AskError(match &tree {
+            None => format!("tree {} of seed {seed} cannot be built: {e}; take another seed", ask.tree),
+            Some(tree) => format!("tree {} cannot be built: {e}", shown(tree.name())),
+        })
     })?;
     let (robot, detector) = (parts.robot, parts.detector.clone());
     world.deliver_pictures(kind.as_ref().and_then(|kind| kind.pictures()));
     let make = kind.map(|kind| -> Make { Box::new(move || kind.controller(&robot, &detector)) });
-    Ok(Tab::new(Session::new(world, make), parts.detector))
+    let notes = tree.map(|tree| tree.notes().to_vec()).unwrap_or_default();
+    Ok(Tab::new(Session::new(world, make), parts.detector, notes))
 }
 
 /// Names of the presets.
@@ -176,11 +209,13 @@ struct Menu {
     overlays_on: &'static str,
     /// Largest file of a network \[bytes\].
     network_max: u64,
+    /// Largest file of a tree \[bytes\].
+    tree_max: u64,
     defaults: Ask,
 }
 
 /// Names and ranges that a page offers, as JSON: `presets`, `robots`, `cameras`, `drivers`, `foliage` (lowest and highest), `overlays`,
-/// `overlays_on`, `network_max` and `defaults`.
+/// `overlays_on`, `network_max`, `tree_max` and `defaults`.
 pub fn menu() -> String {
     let density: Quantity = Spec::paper().foliage.density;
     let menu = Menu {
@@ -196,6 +231,7 @@ pub fn menu() -> String {
             .collect(),
         overlays_on: OVERLAYS,
         network_max: NETWORK_MAX,
+        tree_max: orchard_input::TREE,
         defaults: Ask::default(),
     };
     serde_json::to_string(&menu).unwrap_or_else(|e| unreachable!("names and numbers: {e}"))

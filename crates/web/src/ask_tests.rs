@@ -11,7 +11,7 @@ fn a_session_is_the_episode_of_the_benchmark() {
     let scenario = Scenario::of(&[("controller", "expert")]).unwrap();
     let mut world = scenario.world(20250704, 0, 0).unwrap();
     let mut controller = scenario.controller();
-    let mut tab = grow(&ask("expert"), None).unwrap();
+    let mut tab = grow(&ask("expert"), &Files::default()).unwrap();
     for _ in 0..120 {
         let command = controller.act(&world.observe());
         world.step(&command);
@@ -59,7 +59,7 @@ fn another_robot_moves_as_the_scenarios() {
     let scenario = Scenario::of(&options).unwrap();
     let (mut world, mut controller) = (scenario.world(20250704, 0, 0).unwrap(), scenario.controller());
     let [robot, camera] = ["rail-xarm6-suction", "d435i"].map(str::to_owned);
-    let mut tab = grow(&Ask { robot, camera: Some(camera), ..ask("expert") }, None).unwrap();
+    let mut tab = grow(&Ask { robot, camera: Some(camera), ..ask("expert") }, &Files::default()).unwrap();
     for _ in 0..20 {
         let command = controller.act(&world.observe());
         world.step(&command);
@@ -70,7 +70,7 @@ fn another_robot_moves_as_the_scenarios() {
 
 #[test]
 fn what_cannot_be_grown_is_named_with_what_can() {
-    let refused = |ask: Ask| grow(&ask, None).map(|_| ()).unwrap_err().to_string();
+    let refused = |ask: Ask| grow(&ask, &Files::default()).map(|_| ()).unwrap_err().to_string();
     let e = refused(Ask { seed: "12x".into(), ..Ask::default() });
     assert_eq!(e, "seed `12x` is no whole number from 0 to 18446744073709551615");
     assert!(refused(Ask { seed: String::new(), ..Ask::default() }).starts_with("seed `` is no"));
@@ -102,7 +102,7 @@ fn the_menu_has_the_names_that_can_be_asked_for() {
 #[test]
 fn the_foliage_dial_changes_the_leaves() {
     let leaves = |foliage| {
-        let tab = grow(&Ask { foliage: Some(foliage), ..ask("nobody") }, None).unwrap();
+        let tab = grow(&Ask { foliage: Some(foliage), ..ask("nobody") }, &Files::default()).unwrap();
         assert_eq!(tab.told().told.foliage, foliage);
         tab.session().world().skeleton().leaves.len()
     };

@@ -19,6 +19,7 @@ const LINES: usize = 5;
 pub struct Tab {
     session: Session,
     detector: DetectorConfig,
+    notes: Vec<String>,
     overlays: Overlays,
     drawing: Drawing,
     marks: Marks,
@@ -82,12 +83,13 @@ pub struct Instances {
 }
 
 impl Tab {
-    /// A tab of a session, whose images the detector looks through.
-    pub(crate) fn new(session: Session, detector: DetectorConfig) -> Self {
+    /// A tab of a session, whose images the detector looks through, with notes on its tree's file.
+    pub(crate) fn new(session: Session, detector: DetectorConfig, notes: Vec<String>) -> Self {
         let mut tab = Self {
             drawing: session.drawing(),
             session,
             detector,
+            notes,
             overlays: Overlays::parse(OVERLAYS).unwrap_or_default(),
             marks: Marks::default(),
             trace: Trace::default(),
@@ -142,6 +144,11 @@ impl Tab {
     /// The session, to pull and to drive.
     pub fn session_mut(&mut self) -> &mut Session {
         &mut self.session
+    }
+
+    /// Assumptions made when the tree's file was read, one sentence each.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
     }
 
     /// Figures over time.

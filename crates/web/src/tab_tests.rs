@@ -1,8 +1,8 @@
 use super::*;
-use crate::{Ask, grow};
+use crate::{Ask, Files, grow};
 
 fn tab(driver: &str) -> Tab {
-    grow(&Ask { driver: driver.into(), ..Ask::default() }, None).unwrap()
+    grow(&Ask { driver: driver.into(), ..Ask::default() }, &Files::default()).unwrap()
 }
 
 /// Overlays and looks through the wrist camera change no bit of any frame.

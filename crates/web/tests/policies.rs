@@ -2,7 +2,7 @@
 
 use orchard_learned::NETWORK_MAX;
 use orchard_scenario::Scenario;
-use orchard_web::{Ask, PolicyFiles, grow};
+use orchard_web::{Ask, Files, PolicyFiles, grow};
 
 const FILE: &str = "../../policies/harvest-clone.onnx";
 
@@ -15,13 +15,17 @@ fn files(stem: &str) -> PolicyFiles {
     }
 }
 
+fn opened(policy: &PolicyFiles) -> Files {
+    Files { policy: Some(policy.clone()), ..Files::default() }
+}
+
 fn asked(policy: &PolicyFiles) -> Ask {
     Ask { driver: format!("onnx:{}", policy.name), ..Ask::default() }
 }
 
 /// The problem of a policy, without the option or the driver that named it.
 fn refused(policy: &PolicyFiles) -> String {
-    let e = grow(&asked(policy), Some(policy)).map(|_| ()).unwrap_err().to_string();
+    let e = grow(&asked(policy), &opened(policy)).map(|_| ()).unwrap_err().to_string();
     e.strip_prefix(&format!("driver onnx:{}: ", policy.name)).unwrap_or(&e).to_owned()
 }
 
@@ -33,7 +37,7 @@ fn a_policy_drives_as_on_the_command_line() {
     // A long name is a name like any other.
     let name = format!("{}.onnx", "harvest-".repeat(8));
     let policy = PolicyFiles { name, ..files("harvest-clone") };
-    let mut tab = grow(&asked(&policy), Some(&policy)).unwrap();
+    let mut tab = grow(&asked(&policy), &opened(&policy)).unwrap();
     for _ in 0..60 {
         let command = controller.act(&world.observe());
         world.step(&command);
@@ -69,7 +73,7 @@ fn bad_files_get_the_sentences_of_the_command_line() {
 
 #[test]
 fn policies_that_are_not_here_or_need_a_goal_are_told() {
-    let e = grow(&asked(&files("harvest-clone")), None).map(|_| ()).unwrap_err().to_string();
+    let e = grow(&asked(&files("harvest-clone")), &Files::default()).map(|_| ()).unwrap_err().to_string();
     assert!(e.starts_with("driver onnx:harvest-clone.onnx: its two files are not here: open harvest"), "{e}");
     let reach = files("reach-ppo");
     assert!(refused(&reach).starts_with("it needs a goal, which only"), "{}", refused(&reach));

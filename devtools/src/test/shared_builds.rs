@@ -1,4 +1,4 @@
-//! Test that the tools and the tests share each compiled crate.
+//! Tests that the tools and the tests, and the programs of the page, share each compiled crate.
 
 use std::collections::BTreeSet;
 use std::process::Command;
@@ -34,4 +34,19 @@ fn all_builds_share_each_compiled_crate() {
         let fits = tools.len() > 100 && other.is_empty();
         assert!(fits, "{name}: set the features that it has in devtools/Cargo.toml: {other:?}");
     }
+}
+
+/// The programs of the page have the same features in the crates that both of them use.
+#[test]
+fn the_programs_of_the_page_share_each_compiled_crate() {
+    let of = |package| {
+        let selection = ["--package", package, "--target", "wasm32-unknown-unknown", "--no-dedupe"];
+        builds(&selection, "normal,build")
+    };
+    let (page, batch) = (of("orchard-web"), of("orchard-web-batch"));
+    let name = |build: &String| build.split(' ').take(2).collect::<Vec<_>>().join(" ");
+    let names: BTreeSet<String> = page.iter().map(name).collect();
+    let other: Vec<&String> = batch.difference(&page).filter(|build| names.contains(&name(build))).collect();
+    let count = batch.intersection(&page).count();
+    assert!(count > 80 && other.is_empty(), "{count} are shared; crates/web-batch differs in {other:?}");
 }

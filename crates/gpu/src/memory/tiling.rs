@@ -127,6 +127,9 @@ mod tests {
     }
 
     proptest! {
+        // Each has up to 59 trees, which are cut into parts without optimisation.
+        #![proptest_config(ProptestConfig::with_cases(64))]
+
         #[test]
         fn spreading_shortens_the_critical_path(schedules in forest(), most in 1..40_usize) {
             let order: Vec<usize> = (0..schedules.len()).collect();

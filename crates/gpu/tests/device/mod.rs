@@ -4,13 +4,17 @@
 use std::fs::OpenOptions;
 use std::io::Write;
 use std::panic::Location;
+use std::sync::OnceLock;
 
 use orchard_gpu::{Choice, Gpu, GpuError};
 
 /// Environment variable that names the file to which every skipped test appends a line. An absolute path: `cargo test` runs each crate's tests in that crate's folder.
 const SKIPPED_FILE: &str = "ORCHARD_SKIPPED";
 
-/// Opens a device for a test; returns `None` if the computer has no graphics adapter. The test then returns, and counts as skipped:
+/// The device of all tests of a program, whose kernels are compiled once, not for every test.
+static SHARED: OnceLock<Result<Gpu, GpuError>> = OnceLock::new();
+
+/// The device that all tests of a program share; `None` if the computer has no graphics adapter. A test that breaks its device opens one of its own. Without an adapter the test returns, and counts as skipped:
 /// the line `skipped, no adapter: TEST (FILE:LINE)` goes to standard error, which `cargo test` does not capture, and is appended to the file that the environment variable `ORCHARD_SKIPPED` names, if that is
 /// set. The number of lines in that file is the number of skipped tests.
 ///
@@ -20,8 +24,8 @@ const SKIPPED_FILE: &str = "ORCHARD_SKIPPED";
 /// There is no adapter and `CI` is set, the adapter cannot be used, or the file cannot be written.
 #[track_caller]
 pub fn device() -> Option<Gpu> {
-    match Gpu::open(Choice::Any) {
-        Ok(gpu) => Some(gpu),
+    match SHARED.get_or_init(|| Gpu::open(Choice::Any)) {
+        Ok(gpu) => Some(gpu.clone()),
         Err(GpuError::NoAdapter(why)) => {
             let is_ci = std::env::var_os("CI").is_some_and(|ci| !ci.is_empty());
             assert!(!is_ci, "no graphics adapter, and CI is set: {why}");

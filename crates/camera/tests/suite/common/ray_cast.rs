@@ -17,34 +17,57 @@ const MARGIN: f64 = 1e-6;
 /// The items of a scene as parry's shapes.
 pub struct RayCaster {
     items: Vec<Cast>,
+    spheres: Vec<Around>,
+}
+
+/// Sphere around all shapes of an item, in world axes: most rays pass it by. Bare numbers, since tests are not optimised and this is nearly all that
+/// they compute.
+struct Around {
+    p_world_middle: [f64; 3],
+    /// Square of the radius with the margin \[m²\].
+    radius_squared: f64,
+}
+
+/// A ray in bare numbers, and the square of its direction's length.
+struct Line {
+    p_world: [f64; 3],
+    d_world: [f64; 3],
+    d_squared: f64,
 }
 
 /// One item: the nearest of its shapes counts.
 struct Cast {
     x_world_item: Pose,
     shapes: Vec<Box<dyn shape::Shape>>,
-    /// Sphere around all shapes, in world axes: most rays pass it by.
-    p_world_middle: Vec3,
-    radius: f64,
     /// True if parry's axes are turned, (x, y, z) for our (y, z, x): its y is up.
     is_turned: bool,
 }
 
 impl RayCaster {
     pub fn new(scene: &Scene) -> Self {
-        Self { items: scene.items.iter().map(Cast::new).collect() }
+        let (items, spheres) = scene.items.iter().map(Cast::new).unzip();
+        Self { items, spheres }
     }
 
     /// Range parameter along p + t d of the nearest surface of one item.
     pub fn cast(&self, item: usize, p_world: &Vec3, d_world: &Vec3) -> Option<f64> {
-        self.items[item].nearest(p_world, d_world)
+        let is_near = self.spheres[item].is_near(&Line::new(p_world, d_world));
+        is_near.then(|| self.items[item].nearest(p_world, d_world))?
     }
 
     /// Nearest surface of the scene and its item.
     pub fn nearest(&self, p_world: &Vec3, d_world: &Vec3) -> Option<(f64, usize)> {
-        let hits = self.items.iter().enumerate();
-        hits.filter_map(|(i, item)| Some((item.nearest(p_world, d_world)?, i)))
-            .min_by(|a, b| a.0.total_cmp(&b.0))
+        let line = Line::new(p_world, d_world);
+        let mut nearest: Option<(f64, usize)> = None;
+        for (i, sphere) in self.spheres.iter().enumerate() {
+            if sphere.is_near(&line)
+                && let Some(t) = self.items[i].nearest(p_world, d_world)
+                && nearest.is_none_or(|(least, _)| t < least)
+            {
+                nearest = Some((t, i));
+            }
+        }
+        nearest
     }
 
     /// Nearest surface along the ray of a pixel; the range parameter is the depth \[m\].
@@ -61,8 +84,30 @@ impl RayCaster {
     }
 }
 
+impl Line {
+    fn new(p_world: &Vec3, d_world: &Vec3) -> Self {
+        let [p_world, d_world] = [p_world, d_world].map(|v| [v.x, v.y, v.z]);
+        Self {
+            p_world,
+            d_world,
+            d_squared: d_world[0] * d_world[0] + d_world[1] * d_world[1] + d_world[2] * d_world[2],
+        }
+    }
+}
+
+impl Around {
+    /// True if the line through the ray meets the sphere.
+    fn is_near(&self, line: &Line) -> bool {
+        let (c, p, d) = (&self.p_world_middle, &line.p_world, &line.d_world);
+        let (x, y, z) = (c[0] - p[0], c[1] - p[1], c[2] - p[2]);
+        let t = (x * d[0] + y * d[1] + z * d[2]) / line.d_squared;
+        let (x, y, z) = (x - t * d[0], y - t * d[1], z - t * d[2]);
+        x * x + y * y + z * z <= self.radius_squared
+    }
+}
+
 impl Cast {
-    fn new(item: &Item) -> Self {
+    fn new(item: &Item) -> (Self, Around) {
         let is_turned = matches!(item.geometry, Geometry::Shape(Shape::HeightField(_)));
         let shapes = shapes(&item.geometry);
         let spheres = shapes.iter().map(|shape| shape.compute_local_bounding_sphere());
@@ -70,15 +115,13 @@ impl Cast {
         let Vector { x, y, z } = around.center;
         let middle = if is_turned { Vec3::new(z, x, y) } else { Vec3::new(x, y, z) };
         let p_world_middle = transform(&item.x_world_item, &middle);
-        Self { x_world_item: item.x_world_item, shapes, p_world_middle, radius: around.radius, is_turned }
+        let radius = around.radius + MARGIN;
+        let p_world_middle = [p_world_middle.x, p_world_middle.y, p_world_middle.z];
+        let sphere = Around { p_world_middle, radius_squared: radius * radius };
+        (Self { x_world_item: item.x_world_item, shapes, is_turned }, sphere)
     }
 
     fn nearest(&self, p_world: &Vec3, d_world: &Vec3) -> Option<f64> {
-        let to_middle = self.p_world_middle - p_world;
-        let from_line = to_middle - d_world * (to_middle.dot(d_world) / d_world.norm_squared());
-        if from_line.norm() > self.radius + MARGIN {
-            return None;
-        }
         let p = inverse_transform(&self.x_world_item, p_world);
         let d = self.x_world_item.rotation.inverse() * d_world;
         let ray = if self.is_turned {

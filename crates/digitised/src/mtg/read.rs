@@ -9,7 +9,7 @@ use super::parts::Part;
 use super::shape::{Piece, Rules, Shape};
 use super::unit::{Measure, Units};
 use super::{Figures, graph, head, parts, thickness};
-use crate::digitised::{GAP, LENGTH, RADIUS};
+use crate::tree::{GAP, LENGTH, RADIUS};
 use crate::{DigitisedTree, ImportError};
 
 /// Facts that a reader has beyond the file.
