@@ -223,6 +223,8 @@ section! {
         brush_margin: Quantity,
         /// Cost of another fruit that a finger touches on the approach, in points in the path.
         brush_cost: Quantity,
+        /// Number of images that must have shown another fruit for it to count.
+        neighbour_hits: Count,
         /// Cost of one radian of turning from the preferred direction, in points in the path.
         turn_cost: Quantity,
         /// Cost of one radian of the joint that moves farthest, in points in the path.

@@ -193,25 +193,32 @@ impl ArmMotion {
         }
     }
 
-    /// Turns the hand about its approach axis on the present line by as much as the arm can, at most `most` \[rad\], to the side that leaves
-    /// it more room.
-    pub fn turn_on_line(&mut self, arm: &ArmKinematics, most: f64, speed: f64) {
-        let Course::Line(line) = &mut self.course else { return };
+    /// Returns the largest turn of the hand about its approach axis on the present line that the arm can follow \[rad\], at most `most`, to the side
+    /// that leaves it more room; `is_free` tells turns at which the fingers meet nothing.
+    pub fn room_to_turn(&self, arm: &ArmKinematics, most: f64, is_free: impl Fn(f64) -> bool) -> f64 {
+        let Course::Line(line) = &self.course else { return 0.0 };
         let room = |side: f64| {
             let (mut q, mut turned) = (self.q, 0.0);
             while turned < most {
                 let next = (turned + line.branch_jump).min(most);
                 let x = line.x_base_tcp(line.travelled, line.turned + side * next);
                 match arm.solve_near(&IkTarget::Pose(x), &q) {
-                    Ok(q_next) => (q, turned) = (q_next, next),
-                    Err(_) => break,
+                    Ok(q_next) if is_free(side * next) => (q, turned) = (q_next, next),
+                    _ => break,
                 }
             }
             turned
         };
         let [left, right] = [room(1.0), room(-1.0)];
-        line.turn = line.turned + if left >= right { left } else { -right };
-        line.turn_speed = speed;
+        if left >= right { left } else { -right }
+    }
+
+    /// Turns the hand about its approach axis on the present line by an angle \[rad\].
+    pub fn turn_on_line(&mut self, turn: f64, speed: f64) {
+        if let Course::Line(line) = &mut self.course {
+            line.turn = line.turned + turn;
+            line.turn_speed = speed;
+        }
     }
 
     /// Ends the turn of the hand on the present line.
@@ -365,7 +372,7 @@ mod tests {
             let mut motion = ArmMotion::new(home);
             let from = arm.tcp(&home);
             motion.go_straight(arm, Vec3::z(), 0.3, 0.1, &PickerConfig::baseline().arm);
-            motion.turn_on_line(arm, 2.6, 2.0);
+            motion.turn_on_line(motion.room_to_turn(arm, 2.6, |_| true), 2.0);
             assert!(motion.is_turning());
             for _ in 0..90 {
                 motion.advance(arm, DT);
@@ -379,7 +386,12 @@ mod tests {
         }
         // A turn that is ended stays as it is.
         let mut motion = line(arm);
-        motion.turn_on_line(arm, 1.0, 2.0);
+        // Where the fingers would meet something it turns less, or to the other side.
+        let room = |is_free: &dyn Fn(f64) -> bool| motion.room_to_turn(arm, 1.0, is_free);
+        let free = room(&|_| true);
+        assert!((free.abs() - 1.0).abs() < 1e-12 && room(&|_| false) == 0.0);
+        assert_eq!(room(&|turn| turn * free < 0.0), -free);
+        motion.turn_on_line(1.0, 2.0);
         motion.advance(arm, DT);
         motion.stop_turn();
         for _ in 0..30 {

@@ -343,7 +343,13 @@ impl PickerCore {
 
     /// Known fruit other than a track, in the frame of a base at this pose.
     pub fn others(&self, track: u32, x_odom_base: &Pose) -> Vec<Target> {
-        let others = self.perception.tracker.confirmed().filter(|t| t.id != track);
+        let least = self.config.approach.neighbour_hits.get();
+        let others = self
+            .perception
+            .tracker
+            .tracks()
+            .iter()
+            .filter(|t| t.id != track && (t.confirmed || t.hits >= least));
         others.map(|t| Target { p: inverse_transform(x_odom_base, &t.p_odom), radius: t.radius }).collect()
     }
 

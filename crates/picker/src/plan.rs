@@ -165,7 +165,7 @@ impl Search<'_> {
     }
 
     /// Number of other fruit that the open fingers touch on the straight approach; a cup has no fingers.
-    fn brushed(&self, rotation: &Rotation) -> usize {
+    pub fn brushed(&self, rotation: &Rotation) -> usize {
         if self.arm.cup().is_some() {
             return 0;
         }

@@ -33,11 +33,13 @@ pub(crate) struct Reach {
     failed: u32,
     /// True while the hand goes back from wood.
     recoiling: bool,
+    /// True once the approach has been chosen again for the neighbours seen from near by.
+    cleared: bool,
 }
 
 impl Reach {
     pub fn new(failed: u32) -> Self {
-        Self { views: Views::new(), failed, recoiling: false }
+        Self { views: Views::new(), failed, recoiling: false, cleared: false }
     }
 
     fn recoiling(failed: u32) -> Self {
@@ -203,7 +205,32 @@ impl ExpertPicker {
             }
             return Next::Fail(FailureReason::NoFruitAtDetection);
         }
+        if !reach.cleared && self.clear_of_neighbours(robot) {
+            reach.cleared = true;
+            return Next::Stay(Phase::Reach(reach), STILL);
+        }
         self.home_in(reach.views, reach.failed, robot)
+    }
+
+    /// Changes to an approach on which the open fingers touch fewer of the fruit seen from near by, if there is one. Returns true if it did.
+    fn clear_of_neighbours(&mut self, robot: &RobotState) -> bool {
+        let (Some(target), Some(attempt)) = (self.core.target_base(robot), &self.core.attempt) else {
+            return false;
+        };
+        let others = self.core.others(attempt.track, &robot.x_odom_base);
+        let search = self.core.search(&target, &[], &others);
+        let brushed = search.brushed(&attempt.plan.rotation);
+        if brushed == 0 {
+            return false;
+        }
+        let points = self.core.points_base(robot);
+        let direction = attempt.plan.direction();
+        let least = math::cos(self.config.homing.clear_angle.si());
+        let plan = self.clearest_approach(&target, &points, &others, |d| d.dot(&direction) >= least);
+        match plan.filter(|plan| search.brushed(&plan.rotation) < brushed) {
+            Some(plan) => self.look_from(plan, Caution::Normal),
+            None => false,
+        }
     }
 
     /// Looks at the target again, from where the hand has backed out after a failed try; from another direction if something stopped the
@@ -219,5 +246,38 @@ impl ExpertPicker {
             return Next::Fail(FailureReason::GraspStalled);
         }
         Next::Enter(Phase::Reach(Reach::new(failed)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::expert::ExpertConfig;
+    use orchard_geometry::transform;
+    use orchard_perception::{DetectorConfig, Sighting};
+    use orchard_robot::RobotModel;
+
+    /// Fruit seen beside the target from near by turn the hand, though they were seen once; without them it stays as it is.
+    #[test]
+    fn neighbours_seen_from_near_by_turn_the_hand() {
+        let model = RobotModel::paper();
+        let p_target = Vec3::new(0.7, 0.0, 0.9);
+        for beside in [false, true] {
+            let mut picker = ExpertPicker::new(&model, DetectorConfig::paper(), ExpertConfig::preset());
+            let robot = RobotState { q: *picker.core.motion.q(), ..RobotState::still(1.0) };
+            let target = Target { p: transform(&robot.x_odom_base, &p_target), radius: 0.03 };
+            let plan = picker.clearest_approach(&Target { p: p_target, ..target }, &[], &[], |_| true);
+            picker.core.commit(&robot, u32::MAX, target, plan.expect("within reach"));
+            if beside {
+                let at = |y: f64| transform(&robot.x_odom_base, &(p_target + Vec3::y() * y));
+                let sightings = [0.07, -0.07].map(|y| Sighting { p_odom: at(y), radius: 0.03 });
+                picker.core.perception.tracker.update(1.0, &sightings);
+            }
+            let before = picker.core.attempt.clone().expect("committed").plan;
+            assert_eq!(picker.clear_of_neighbours(&robot), beside);
+            let after = picker.core.attempt.clone().expect("committed").plan;
+            assert_eq!(after != before, beside);
+            assert!(!picker.clear_of_neighbours(&robot), "nothing is left to clear");
+        }
     }
 }

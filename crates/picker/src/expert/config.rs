@@ -110,8 +110,11 @@ section! {
         give_most: Quantity,
         /// Pull at which the hand twists the fruit.
         twist_at: Quantity,
-        /// Largest pull: a stem that bears it and the twist is too strong.
+        /// Largest pull: a stem that bears it, the twist and the bend is too strong.
         most: Quantity,
+        /// Radius of the circle on which the hand bends a stem that bears the largest pull, and time for the circle.
+        bend: Quantity,
+        bend_time: Quantity,
         /// Largest twist.
         turn: Quantity,
         /// Speed of the twist.

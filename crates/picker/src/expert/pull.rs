@@ -9,7 +9,11 @@ use crate::expert::{ExpertPicker, Next, Phase};
 use crate::picker_core::STILL;
 use crate::record::FailureReason;
 use crate::robot_state::RobotState;
-use orchard_geometry::Vec3;
+use orchard_geometry::{Rotation, Vec3, math};
+use std::f64::consts::TAU;
+
+/// Share of the circle of a bend after which the hand has its radius.
+const RAMP: f64 = 0.15;
 
 /// Memory of the pull state.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,6 +31,8 @@ pub(crate) struct Pull {
     /// Largest pull that the hand allows itself for now \[N\].
     allowed: f64,
     twist: Twist,
+    /// Share of the circle on which the hand bends the stem, 0 before it does.
+    bent: f64,
     /// Largest smoothed force so far \[N\].
     largest: f64,
     /// Widest gap between the fingers so far \[m\].
@@ -56,11 +62,17 @@ impl Pull {
             settled: 0.0,
             allowed,
             twist,
+            bent: 0.0,
             largest: 0.0,
             width: 0.0,
             slipped: false,
             failed,
         }
+    }
+
+    /// True once the hand has begun to bend the stem.
+    fn is_bending(&self) -> bool {
+        self.bent > 0.0
     }
 
     /// Returns the force with which the fingers squeeze \[N\]: by the largest force so far, and all they may during the twist and once the fruit
@@ -114,20 +126,23 @@ impl ExpertPicker {
         pull.peak = pull.peak.max(pull.tension);
         pull.largest = pull.largest.max(pull.force.norm());
         pull.travelled = self.core.motion.travelled().unwrap_or(pull.travelled);
-        let slack = pull.tension < c.tension_low.si();
+        // A bent stem pulls aside.
+        let pulls = if pull.is_bending() { pull.force.norm() } else { pull.tension };
+        let slack = pulls < c.tension_low.si();
         let share = pull.ease(&self.config.load, robot.dt);
         self.withdraw_gently(&mut pull, share, &direction, robot);
         let (c, feel, load) = (&self.core.config.pull, &self.config.feel, &self.config.load);
         let was_taut = pull.peak > c.tension_high.si();
         let sags = was_taut && !slack && pull.tension < feel.wood_share.si() * pull.peak;
         pull.sagging = if sags { pull.sagging + robot.dt } else { 0.0 };
-        let ended = self.core.motion.is_over() && (self.core.arm_arrived(robot) || self.core.arm_stalled())
-            || self.core.elapsed(robot) > self.core.config.timeout.pull.si();
+        let late = self.core.elapsed(robot) > self.core.config.timeout.pull.si();
+        let ended =
+            self.core.motion.is_over() && (self.core.arm_arrived(robot) || self.core.arm_stalled()) || late;
         // If the stem was never taut, only the weight tells a fruit from a leaf or nothing.
         if slack && (was_taut || (ended && pull.force.z >= feel.weight_min.si())) {
             self.core.note_release_of_stem(robot, pull.peak);
             self.core.motion.stop_turn();
-            self.core.motion.drift_off_line(Vec3::zeros(), load.give_most.si());
+            self.core.motion.drift_off_line(Vec3::zeros(), load.give_most.si() + load.bend.si());
             if !pull.slipped {
                 self.core.fingers.force = self.core.config.grasp.force.si();
             }
@@ -137,20 +152,43 @@ impl ExpertPicker {
         if ended && slack {
             return self.grasp_again(pull.failed, robot);
         }
+        let bears =
+            pull.twist == Twist::After && pull.allowed >= load.most.si() && share <= load.last_share.si();
+        let may_bend = self.core.arm.cup().is_none() && pull.bent < 1.0 && !ended;
+        if may_bend && (bears || pull.is_bending()) {
+            self.bend(&mut pull, &direction, robot.dt);
+            return Next::Stay(Phase::Pull(pull), STILL);
+        }
         // Wood yields if the hand travels far with the stem taut, or if the pull falls and does not end.
         let wood_yields = pull.travelled > feel.wood_distance.si() || pull.sagging > feel.wood_time.si();
-        let is_too_strong =
-            pull.twist == Twist::After && pull.allowed >= load.most.si() && share <= load.last_share.si();
-        if ended || ((wood_yields || is_too_strong) && !slack) {
+        if ended || ((wood_yields || bears || pull.bent >= 1.0) && !slack) {
+            let settle_time = feel.settle_time.si();
             if self.core.motion.travelled().is_some() {
                 self.core.motion.stop();
             }
             pull.settled += robot.dt;
-            if pull.settled > feel.settle_time.si() {
+            if pull.settled > settle_time {
                 return Next::Fail(FailureReason::StemTooStrong);
             }
         }
         Next::Stay(Phase::Pull(pull), STILL)
+    }
+
+    /// Moves the hand on by a frame on a circle across the line of the pull, up first: the stem bends at its zone to all sides, and an angle to its axis
+    /// halves the pull that it bears. The motion along the line keeps the pull meanwhile.
+    fn bend(&mut self, pull: &mut Pull, direction: &Vec3, dt: f64) {
+        let load = &self.config.load;
+        let aside = (Vec3::z() - direction * direction.z).normalize();
+        let axes = [aside, direction.cross(&aside)];
+        let at = |share: f64| {
+            let (sin, cos) = math::sin_cos(TAU * share);
+            (axes[0] * cos + axes[1] * sin) * (load.bend.si() * (share / RAMP).min(1.0))
+        };
+        let next = pull.bent + dt / load.bend_time.si();
+        let drift = (at(next) - at(pull.bent)) / dt;
+        pull.bent = next;
+        let most = load.give_most.si() + load.bend.si();
+        self.core.motion.drift_off_line(drift, most);
     }
 
     /// Moves the hand on the line of the pull at a share of its speed, giving way aside; twists the fruit once the pull suffices, and squeezes it by need.
@@ -163,7 +201,18 @@ impl ExpertPicker {
         let give = give * (speed / give.norm().max(speed));
         core.motion.drift_off_line(give, load.give_most.si());
         if pull.twist == Twist::Before && pull.allowed >= load.twist_at.si() {
-            core.motion.turn_on_line(&core.arm, load.turn.si(), load.turn_speed.si());
+            // Fruit beside the held one hang with it: as they lay about the target, so the turned fingers meet them.
+            let attempt = core.attempt.as_ref();
+            let others = attempt.map_or(Vec::new(), |a| core.others(a.track, &robot.x_odom_base));
+            let held = core.target_base(robot).zip(attempt.map(|a| a.plan.rotation));
+            let is_free = |turn: f64| {
+                let Some((target, rotation)) = &held else { return true };
+                let search = core.search(target, &[], &others);
+                let turned = rotation * Rotation::from_axis_angle(&Vec3::z_axis(), turn);
+                search.brushed(&turned) <= search.brushed(rotation)
+            };
+            let turn = core.motion.room_to_turn(&core.arm, load.turn.si(), is_free);
+            core.motion.turn_on_line(turn, load.turn_speed.si());
             pull.twist = Twist::During;
         } else if pull.twist == Twist::During {
             // A fruit that does not turn with the hand would slip out of it.
@@ -184,6 +233,8 @@ impl ExpertPicker {
 mod tests {
     use super::*;
     use crate::expert::ExpertConfig;
+    use orchard_perception::DetectorConfig;
+    use orchard_robot::RobotModel;
 
     const DT: f64 = 1.0 / 60.0;
 
@@ -233,5 +284,34 @@ mod tests {
         assert_eq!(pull.squeeze(&load, least, 0.07), most, "a fruit that slipped may slip again");
         let mut twisting = Pull::new(0, load.brisk.si(), Twist::During);
         assert_eq!(twisting.squeeze(&load, least, 0.07), most);
+    }
+
+    /// The hand goes round the line of the pull once, up first, at the radius of the bend.
+    #[test]
+    fn a_bend_goes_round_the_pull() {
+        let robot = RobotModel::paper();
+        let mut picker = ExpertPicker::new(&robot, DetectorConfig::paper(), ExpertConfig::preset());
+        let (arm, direction) = (robot.kinematics(), Vec3::x());
+        let core = &mut picker.core;
+        core.motion.go_straight(arm, -direction, 0.3, 0.0, &core.config.arm);
+        let start = arm.tcp(core.motion.q()).translation.vector;
+        let radius = picker.config.load.bend.si();
+        let mut pull = Pull::new(0, 0.0, Twist::After);
+        let (mut lowest, mut highest) = (Vec3::zeros(), Vec3::zeros());
+        let mut first_up = 0.0_f64;
+        while pull.bent < 1.0 {
+            picker.bend(&mut pull, &direction, DT);
+            picker.core.motion.advance(arm, DT);
+            let off = arm.tcp(picker.core.motion.q()).translation.vector - start;
+            assert!(off.norm() < radius + 5e-3, "{off}");
+            (lowest, highest) = (lowest.inf(&off), highest.sup(&off));
+            if pull.bent < 0.25 {
+                first_up = first_up.max(off.z);
+            }
+        }
+        assert!(first_up > 0.5 * radius && pull.is_bending());
+        for (low, high) in [(lowest.y, highest.y), (lowest.z, highest.z)] {
+            assert!(low < -0.9 * radius && high > 0.5 * radius, "{low} {high}");
+        }
     }
 }

@@ -51,6 +51,8 @@ section! {
         pace_min: Quantity,
         /// Least angle between a blocked direction and the next one.
         other_angle: Quantity,
+        /// Largest turn of the approach, at the look posture, that clears the fingers of other fruit.
+        clear_angle: Quantity,
         /// Number of tries at one target.
         tries: Count,
     }
