@@ -15,7 +15,7 @@ use crate::{BatchError, Solver, shader};
 /// A kernel, as it is compiled and dispatched.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Kernel {
-    /// Its entry point in the source.
+    /// Name of the function at which the kernel begins.
     pub entry: &'static str,
     /// Values of the source's constants (`override`) that specialise it.
     pub constants: Vec<(&'static str, f64)>,
@@ -26,11 +26,11 @@ pub struct Kernel {
 /// Content of a buffer that the kernels bind.
 #[derive(Debug, Clone, Copy)]
 pub struct Contents<'a> {
-    /// Its name in the source.
+    /// Name of the variable that the kernels bind it to.
     pub name: &'static str,
     /// True if the kernels only read it.
     pub is_read_only: bool,
-    /// What it holds at the start.
+    /// Bytes with which the buffer is filled before the first kernel runs.
     pub bytes: &'a [u8],
 }
 

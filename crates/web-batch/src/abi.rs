@@ -83,7 +83,7 @@ pub extern "C" fn last_words() -> *const u8 {
     LAST_WORDS.lock().map_or(std::ptr::null(), |words| words.as_ptr())
 }
 
-/// Number of its bytes.
+/// Length of that message in bytes.
 #[unsafe(no_mangle)]
 pub extern "C" fn last_words_bytes() -> usize {
     LAST_WORDS.lock().map_or(0, |words| words.len())

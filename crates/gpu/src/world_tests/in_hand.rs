@@ -118,7 +118,7 @@ impl Grip {
         self.p_tcp(self.world.data())
     }
 
-    /// The same on the device.
+    /// Steps the device by a number of frames; returns the place of the held fruit in the TCP frame \[m\].
     fn step_there(&mut self, frames: u32) -> Vec3 {
         self.advance(frames);
         let (data, meeting) = self.read();
