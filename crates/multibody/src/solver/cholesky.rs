@@ -3,15 +3,8 @@
 //! A joint couples only with its ancestors, a tethered point body only with its anchor's. Eliminated from the leaves
 //! to the root, the factor has the pattern of the matrix, without fill-in.
 
-use std::sync::Arc;
-
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::sparse::linalg::SupernodalThreshold;
-use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky,
-};
-use faer::sparse::{SparseColMat, Triplet};
-use faer::{Conj, MatMut, Par, Side};
+use clarabel::algebra::CscMatrix;
+use clarabel::qdldl::{QDLDLFactorisation, QDLDLSettings};
 use orchard_geometry::Vec3;
 
 use super::system::System;
@@ -22,42 +15,35 @@ use crate::spatial::Wrench;
 /// An entry (i, j) of a symmetric matrix with i <= j, in the order of the unknowns: parents first.
 pub(crate) type Entry = (usize, usize, f64);
 
-/// Cholesky factor of a symmetric positive definite matrix, the last unknown eliminated first.
+/// Cholesky factor L D L^T of a symmetric positive definite matrix, the last unknown eliminated first: D is diagonal, and
+/// the diagonal of L is one.
 #[derive(Debug, Clone)]
 pub(crate) struct SparseFactor {
-    symbolic: Arc<SymbolicCholesky<usize>>,
-    values: Vec<f64>,
+    /// L below its diagonal, by columns.
+    lower: CscMatrix<f64>,
+    /// 1 / D.
+    inverse_diagonal: Vec<f64>,
 }
 
 impl SparseFactor {
     /// Factors a matrix given by its entries, of which equal places add up; `None` if it is not positive definite.
     pub fn new(size: usize, entries: &[Entry]) -> Option<SparseFactor> {
+        if size == 0 {
+            return Some(SparseFactor { lower: CscMatrix::zeros((0, 0)), inverse_diagonal: Vec::new() });
+        }
         // The last unknowns are the leaves. Turned around and transposed, the entries are the upper triangle of the
-        // elimination order, the one that faer reads without a permutation.
-        let turned: Vec<_> =
-            entries.iter().map(|&(i, j, value)| Triplet::new(size - 1 - j, size - 1 - i, value)).collect();
-        let matrix = SparseColMat::<usize, f64>::try_new_from_triplets(size, size, &turned).ok()?;
-        let params = CholeskySymbolicParams {
-            supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SIMPLICIAL,
-            ..CholeskySymbolicParams::default()
+        // elimination order, which is what QDLDL reads.
+        let (rows, columns) = entries.iter().map(|&(i, j, _)| (size - 1 - j, size - 1 - i)).unzip();
+        let values = entries.iter().map(|&(_, _, value)| value).collect();
+        let matrix = CscMatrix::new_from_triplets(size, size, rows, columns, values);
+        let as_given = QDLDLSettings {
+            perm: Some((0..size).collect()),
+            regularize_enable: false,
+            ..QDLDLSettings::default()
         };
-        let (symbolic, side) = (matrix.symbolic(), Side::Upper);
-        let symbolic =
-            factorize_symbolic_cholesky(symbolic, side, SymmetricOrdering::Identity, params).ok()?;
-        let mut values = vec![0.0; symbolic.len_val()];
-        let scratch = symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default());
-        symbolic
-            .factorize_numeric_llt(
-                &mut values,
-                matrix.as_ref(),
-                side,
-                Default::default(),
-                Par::Seq,
-                MemStack::new(&mut MemBuffer::new(scratch)),
-                Default::default(),
-            )
-            .ok()?;
-        Some(SparseFactor { symbolic: Arc::new(symbolic), values })
+        let factor = QDLDLFactorisation::new(&matrix, Some(as_given)).ok()?;
+        let is_positive = factor.positive_inertia() == size;
+        is_positive.then_some(SparseFactor { lower: factor.L, inverse_diagonal: factor.Dinv })
     }
 
     /// Factors the system matrix.
@@ -68,14 +54,21 @@ impl SparseFactor {
     /// Solves in place.
     pub fn solve(&self, x: &mut [f64]) {
         x.reverse();
-        let scratch = self.symbolic.solve_in_place_scratch::<f64>(1, Par::Seq);
-        LltRef::new(&self.symbolic, &self.values).solve_in_place_with_conj(
-            Conj::No,
-            MatMut::from_column_major_slice_mut(x, self.symbolic.nrows(), 1),
-            Par::Seq,
-            MemStack::new(&mut MemBuffer::new(scratch)),
-        );
+        for column in 0..x.len() {
+            let known = x[column];
+            self.column(column).for_each(|(row, value)| x[row] -= value * known);
+        }
+        for column in (0..x.len()).rev() {
+            let below: f64 = self.column(column).map(|(row, value)| value * x[row]).sum();
+            x[column] = x[column] * self.inverse_diagonal[column] - below;
+        }
         x.reverse();
+    }
+
+    /// Rows and values of a column of L below its diagonal.
+    fn column(&self, column: usize) -> impl Iterator<Item = (usize, f64)> {
+        let range = self.lower.colptr[column]..self.lower.colptr[column + 1];
+        self.lower.rowval[range.clone()].iter().copied().zip(self.lower.nzval[range].iter().copied())
     }
 }
 
@@ -177,6 +170,6 @@ mod tests {
         places.sort_unstable();
         places.dedup();
         let factor = SparseFactor::new(system.size(), &entries).unwrap();
-        assert_eq!(factor.values.len(), places.len());
+        assert_eq!(factor.lower.nnz() + system.size(), places.len());
     }
 }

@@ -31,7 +31,7 @@ pub enum Solver {
         /// Preconditioner of the residual.
         preconditioner: Preconditioner,
     },
-    /// A sparse Cholesky factor (faer) of the assembled matrix, leaves first, without fill-in; contacts by
+    /// A sparse Cholesky factor (QDLDL, of `clarabel`) of the assembled matrix, leaves first, without fill-in; contacts by
     /// Newton on the assembled `A + J^T G J`. A cross-check: it allocates at each solve and no result uses it.
     #[cfg(feature = "cholesky")]
     Cholesky,
