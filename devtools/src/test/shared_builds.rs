@@ -19,15 +19,26 @@ fn builds(selection: &[&str], edges: &str) -> BTreeSet<String> {
     lines.filter(|line| !line.contains(" feature ")).collect()
 }
 
-/// The tools, the tests, the Python package and the fuzz targets compile each crate with the same features. A difference would have cargo compile
+/// Features of the viewer's window, as its step switches them on.
+const WINDOW: &str = "orchard-view/window,orchard-view/recording,orchard-view/demos,orchard-view/live";
+/// Crates that the feature `live` changes.
+const LIVE: [&str; 2] = ["foxglove v", "orchard-recording v"];
+
+/// The tools, the tests, the viewer's window, the Python package and the fuzz targets compile each crate with the same features. A difference would have cargo compile
 /// the crate, and all that use it, twice.
 #[test]
 fn all_builds_share_each_compiled_crate() {
     let tools = builds(&["--package", "devtools"], "features,no-dev");
     let apart = ["--exclude", "orchard-fuzz", "--exclude", "orchard-python"];
+    let window = ["--package", "devtools", "--package", "orchard-view", "--features", WINDOW];
+    // Live channels are compiled for the window alone.
+    let of_window = builds(&window, "features")
+        .into_iter()
+        .chain(tools.iter().filter(|build| LIVE.iter().any(|name| build.starts_with(name))).cloned());
     for (name, others) in [
         ("tests", builds(&[&["--workspace"], &apart[..]].concat(), "features")),
         ("python", builds(&["--package", "devtools", "--package", "orchard-python"], "features,no-dev")),
+        ("view", of_window.collect()),
         ("fuzz", builds(&["--package", "devtools", "--package", "orchard-fuzz"], "features,no-dev")),
     ] {
         let other: Vec<&String> = tools.difference(&others).collect();
