@@ -2,6 +2,7 @@
 
 #[cfg(feature = "gpu")]
 use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::time::Instant;
 
 use orchard_robot::{Command, Observation};
 use orchard_scenario::Scenario;
@@ -55,6 +56,8 @@ pub(crate) struct Device {
     gpu: Arc<orchard_gpu::Gpu>,
     /// Observations that stay there, if they do.
     observed: Option<Box<crate::on_device::OnDevice>>,
+    /// Times of the environments' own parts of a frame, if they are kept.
+    profile: Option<orchard_lockstep::Profile>,
 }
 
 /// The device of all environments that this process has open, opened for the first of them: its kernels are compiled once. A lost one is replaced.
@@ -95,7 +98,7 @@ impl Mover {
                 let crews = orchard_lockstep::Lockstep::crews(&gpu, &samples, lanes, CREWS);
                 let (crews, eyes) =
                     (crews.map_err(|e| device(&e))?, Box::new(orchard_lockstep::Eyes::new(&gpu)));
-                Ok(Self::Gpu(Device { crews, eyes, gpu, observed: None }))
+                Ok(Self::Gpu(Device { crews, eyes, gpu, observed: None, profile: None }))
             }
         }
     }
@@ -288,6 +291,37 @@ impl Mover {
     /// True if the worlds move in f64, each on its own.
     pub fn is_cpu(&self) -> bool {
         matches!(self, Self::Cpu)
+    }
+
+    /// Keeps the times of a frame's parts from now on, or no more.
+    #[cfg(feature = "gpu")]
+    pub fn keep_profile(&mut self, keeps: bool) {
+        if let Self::Gpu(Device { crews, profile, .. }) = self {
+            crews.iter_mut().for_each(|crew| crew.keep_profile(keeps));
+            *profile = keeps.then(orchard_lockstep::Profile::default);
+        }
+    }
+
+    /// The times that are kept, if they are.
+    #[cfg(feature = "gpu")]
+    pub fn profile(&self) -> Option<orchard_lockstep::Profile> {
+        let Self::Gpu(Device { crews, profile, .. }) = self else { return None };
+        let of_crews = crews.iter().filter_map(orchard_lockstep::Lockstep::profile);
+        Some(of_crews.fold(profile.clone()?, |all, crew| all.with(&crew)))
+    }
+
+    /// Adds what a part of the environments' own took to the times, if they are kept.
+    #[cfg_attr(not(feature = "gpu"), expect(unused_variables))]
+    pub fn note(&mut self, part: &'static str, since: Instant) {
+        match self {
+            Self::Cpu => {}
+            #[cfg(feature = "gpu")]
+            Self::Gpu(Device { profile, .. }) => {
+                if let Some(profile) = profile {
+                    profile.add(part, since);
+                }
+            }
+        }
     }
 
     /// Counts of frames by the place where they were computed; `None` on the CPU.

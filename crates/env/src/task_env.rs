@@ -1,6 +1,7 @@
 //! Many environments of a task.
 
 use std::ops::Range;
+use std::time::Instant;
 
 use orchard_picker::Controller;
 use orchard_policy::{Encoding, SettingError, Spaces, Target, Values};
@@ -187,6 +188,7 @@ impl TaskEnv {
     /// As [`Self::step`], frame by frame. The environments of a crew advance together; while one crew is on the device, the other's frame is judged here.
     fn step_together(&mut self, actions: &[f32], mask: &[bool]) -> Result<(), EnvError> {
         let Self { shared, slots, mover } = self;
+        let since = Instant::now();
         let size = shared.interface.policy.action.len();
         let mut crews: Vec<Crew<'_>> = (0..mover.crews()).map(|_| Crew::default()).collect();
         let each = slots.par_iter_mut().zip(actions.par_chunks_exact(size)).zip(mask).enumerate();
@@ -199,6 +201,7 @@ impl TaskEnv {
         for (crew, member) in begun.collect::<Vec<_>>() {
             crews[crew].members.push(member);
         }
+        mover.note("begin_step", since);
         for (number, crew) in crews.iter_mut().enumerate() {
             crew.begin(number, mover, shared)?;
         }
@@ -208,6 +211,7 @@ impl TaskEnv {
                 crew.begin(number, mover, shared)?;
             }
         }
+        let since = Instant::now();
         if shared.ends_with_tree() {
             // Those whose episode ended in the midst of the step.
             let members = crews.iter_mut().flat_map(|crew| &mut crew.members);
@@ -217,6 +221,7 @@ impl TaskEnv {
             member.slot.end_step(&member.stepping, shared);
             member.slot.keep(&member.motion);
         });
+        mover.note("end_step", since);
         Ok(())
     }
 
@@ -224,6 +229,18 @@ impl TaskEnv {
     #[cfg(feature = "gpu")]
     pub fn tally(&self) -> Option<orchard_lockstep::Tally> {
         self.mover.tally()
+    }
+
+    /// Keeps the times of a frame's parts from now on, or no more ([`Self::profile`]); nothing on the CPU.
+    #[cfg(feature = "gpu")]
+    pub fn keep_profile(&mut self, keeps: bool) {
+        self.mover.keep_profile(keeps);
+    }
+
+    /// Times of the parts of a frame on a device since [`Self::keep_profile`]; `None` if none are kept, and on the CPU.
+    #[cfg(feature = "gpu")]
+    pub fn profile(&self) -> Option<orchard_lockstep::Profile> {
+        self.mover.profile()
     }
 
     /// Makes the scenario's controller for the present episode of an environment, with the task's goal if it has one.

@@ -1,5 +1,7 @@
 //! Environments that advance together, frame by frame.
 
+use std::time::Instant;
+
 use orchard_policy::Motion;
 use rayon::prelude::*;
 
@@ -32,7 +34,9 @@ impl Crew<'_> {
     /// # Errors
     /// The device was lost.
     pub fn begin(&mut self, number: usize, mover: &mut Mover, shared: &Shared) -> Result<(), EnvError> {
+        let since = Instant::now();
         let turns = self.turns(shared);
+        mover.note("turns", since);
         let goes_on = !turns.is_empty();
         let begun = if goes_on { mover.begin(number, turns)? } else { None };
         (self.is_under_way, self.begun) = (goes_on, begun);
@@ -46,11 +50,13 @@ impl Crew<'_> {
     pub fn end(&mut self, number: usize, mover: &mut Mover, shared: &Shared) -> Result<(), EnvError> {
         let begun = self.begun.take();
         mover.end(number, self.turns(shared), begun)?;
+        let since = Instant::now();
         self.members.par_iter_mut().for_each(|Member { slot, motion, stepping, .. }| {
             if let Some(frame) = stepping.next_frame(shared) {
                 slot.after_frame(stepping, &motion.command(frame), shared);
             }
         });
+        mover.note("judge", since);
         self.is_under_way = false;
         let due = self.members.iter_mut().filter(|member| member.stepping.is_image_due());
         let mut worlds: Vec<_> =

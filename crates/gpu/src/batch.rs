@@ -11,6 +11,7 @@ use orchard_multibody::Data;
 
 use crate::BatchError;
 use crate::buffers::{Buffers, PASSES_AT_ONCE, RULES_STRIDE, Use};
+use crate::clock::Timed;
 use crate::device::{Gpu, GpuError};
 use crate::layout::{LANES, fourth, notice, world};
 use crate::memory::{Memory, Room};
@@ -235,14 +236,15 @@ impl GpuBatch {
 
     /// Submits passes to the device, each with its rules, in order.
     pub(crate) fn run<'a>(&self, passes: impl Iterator<Item = (Rules, &'a [Pass])>) {
-        self.run_each(passes, |pass, slot, kind| self.dispatch(pass, slot, kind));
+        self.run_each(passes, |pass, slot, kind| self.dispatch(pass, slot, kind), None);
     }
 
-    /// As [`Self::run`] with passes of any kind; `dispatch` dispatches one, with the rules at an offset in the buffer of rules.
+    /// As [`Self::run`] with passes of any kind; `dispatch` dispatches one, with the rules at an offset in the buffer of rules. Under a clock every pass is timed by its name.
     pub(crate) fn run_each<'a, K: Copy + 'a>(
         &self,
         passes: impl Iterator<Item = (Rules, &'a [K])>,
         dispatch: impl Fn(&mut wgpu::ComputePass<'_>, u32, K),
+        mut clock: Timed<'_, K>,
     ) {
         let tiles = self.memory.tile_count();
         let mut passes = passes.peekable();
@@ -254,13 +256,19 @@ impl GpuBatch {
             }
             self.gpu.queue.write_buffer(&self.buffers.rules, 0, &rules);
             let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-            let mut pass = encoder.begin_compute_pass(&Default::default());
-            for (slot, (_, kinds)) in now.iter().enumerate() {
-                for &kind in *kinds {
-                    dispatch(&mut pass, (slot * RULES_STRIDE) as u32, kind);
+            let each = now.iter().enumerate();
+            let each = each.flat_map(|(slot, (_, kinds))| kinds.iter().map(move |&kind| (slot, kind)));
+            let offset = |slot: usize| (slot * RULES_STRIDE) as u32;
+            if let Some((clock, name)) = &mut clock {
+                for (slot, kind) in each {
+                    let timestamp_writes = clock.stamp(name(kind));
+                    let timed = wgpu::ComputePassDescriptor { label: None, timestamp_writes };
+                    dispatch(&mut encoder.begin_compute_pass(&timed), offset(slot), kind);
                 }
+            } else {
+                let mut pass = encoder.begin_compute_pass(&Default::default());
+                each.for_each(|(slot, kind)| dispatch(&mut pass, offset(slot), kind));
             }
-            drop(pass);
             self.gpu.queue.submit([encoder.finish()]);
         }
     }

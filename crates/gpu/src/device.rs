@@ -189,7 +189,9 @@ impl Gpu {
             max_compute_invocations_per_workgroup: (LANES * WARPS) as u32,
             ..required_limits
         };
-        let descriptor = DeviceDescriptor { required_limits, ..Default::default() };
+        // Times of kernels, where the adapter has a clock.
+        let required_features = adapter.features() & Features::TIMESTAMP_QUERY;
+        let descriptor = DeviceDescriptor { required_limits, required_features, ..Default::default() };
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
             .map_err(|e| unusable(one_line(&e.to_string())))?;
         let lost = Arc::new(Mutex::new(None));

@@ -39,6 +39,8 @@ mod batch_tests;
 #[cfg(feature = "device")]
 mod buffers;
 #[cfg(feature = "device")]
+mod clock;
+#[cfg(feature = "device")]
 mod device;
 #[cfg(test)]
 #[path = "../../camera/tests/suite/common/direction.rs"]

@@ -7,6 +7,7 @@ use orchard_gpu::{BatchError, Fitted, Gpu, GpuError, Room, WorldBatch};
 use orchard_multibody::ColliderId;
 use orchard_world::World;
 
+use crate::profile::Profile;
 use crate::tally::Tally;
 
 /// Room of the lanes for trees larger than the samples: by so much of each size, our own choice.
@@ -45,6 +46,7 @@ pub struct Lockstep {
     pub(crate) batch: WorldBatch,
     pub(crate) lanes: Vec<Option<Occupant>>,
     pub(crate) tally: Tally,
+    pub(crate) profile: Option<Profile>,
 }
 
 /// A world in a lane.
@@ -82,7 +84,7 @@ impl Lockstep {
         let trees: Vec<TreeWorld> = samples.iter().map(tree_of).collect();
         let room = Room::for_trees(&trees, MORE_ROOM)?;
         let batch = WorldBatch::with_lanes(gpu, room, &trees[0], first.robot(), lanes)?;
-        Ok(Self { batch, lanes: (0..lanes).map(|_| None).collect(), tally: Tally::default() })
+        Ok(Self { batch, lanes: (0..lanes).map(|_| None).collect(), tally: Tally::default(), profile: None })
     }
 
     /// Makes lanes of several locksteps of about the same size, so that the device computes a frame of one while the processor is busy with others; the lanes of the first come first. At most one crew a lane.
@@ -118,6 +120,20 @@ impl Lockstep {
     /// Counts of all frames so far.
     pub fn tally(&self) -> &Tally {
         &self.tally
+    }
+
+    /// Keeps the times of a frame's parts from now on, or no more.
+    pub fn keep_profile(&mut self, keeps: bool) {
+        self.profile = keeps.then(Profile::default);
+        self.batch.keep_times(keeps);
+    }
+
+    /// The times since [`Self::keep_profile`]; `None` if none are kept.
+    pub fn profile(&self) -> Option<Profile> {
+        let profile = self.profile.clone()?;
+        // The next frame tells that a device was lost.
+        let solves = self.batch.solves().unwrap_or_default();
+        Some(Profile { device: self.batch.times(), solves, ..profile })
     }
 
     /// Lets a world enter a lane, in the place of the one that is there.

@@ -27,6 +27,7 @@
 mod eyes;
 mod harvest;
 mod lane;
+mod profile;
 mod seats;
 mod step;
 mod tally;
@@ -34,6 +35,7 @@ mod tally;
 pub use eyes::Eyes;
 pub use harvest::{Seated, Together, TogetherError, samples};
 pub use lane::{Lockstep, LockstepError};
+pub use profile::Profile;
 pub use seats::{Seat, Seats};
 pub use step::{Begun, Turn};
 pub use tally::{Tally, Where};

@@ -7,6 +7,7 @@ use orchard_world::{Calm, Lent, Moved, Outlook, World};
 use rayon::prelude::*;
 
 use crate::lane::{Lockstep, Occupant};
+use crate::profile::Stopwatch;
 use crate::tally::Where;
 
 /// A world's next frame.
@@ -62,6 +63,7 @@ impl Lockstep {
     /// # Panics
     /// No world has entered a lane.
     pub fn begin(&mut self, turns: &mut [Turn<'_>]) -> Result<Begun, GpuError> {
+        let mut watch = Stopwatch::start(self.profile.as_ref());
         let lanes = &self.lanes;
         let mut starts: Vec<Start> = turns.par_iter_mut().map(|turn| start_of(lanes, turn)).collect();
         let late = turns.iter_mut().zip(&starts).filter(|(_, start)| start.is_late);
@@ -72,7 +74,9 @@ impl Lockstep {
                 start.lent = Some(turn.world.lend(&turn.command));
             }
         }
+        watch.part(&mut self.profile, "outlook");
         self.exchange(turns, &starts)?;
+        watch.part(&mut self.profile, "exchange");
         let mut wishes = vec![Wish::Nothing; self.lanes.len()];
         let mut commands = vec![None; self.lanes.len()];
         for (turn, start) in turns.iter().zip(&starts) {
@@ -81,15 +85,18 @@ impl Lockstep {
             }
         }
         self.batch.command_all(&commands)?;
+        watch.part(&mut self.profile, "command");
         if starts.iter().any(|start| start.lent.is_some()) {
             self.pause_others(&wishes);
             self.batch.advance(1);
             self.batch.ask(&wishes);
         }
+        watch.part(&mut self.profile, "submit");
         // While the device is at work.
         turns.par_iter_mut().zip(&starts).filter(|(_, start)| start.lent.is_none()).for_each(|(turn, _)| {
             turn.world.step(&turn.command);
         });
+        watch.part(&mut self.profile, "step_here");
         Ok(Begun { starts })
     }
 
@@ -99,7 +106,13 @@ impl Lockstep {
     /// The device was lost; then the frame is not over, and the worlds cannot go on.
     pub fn end(&mut self, turns: &mut [Turn<'_>], begun: Begun) -> Result<(), GpuError> {
         let Begun { starts } = begun;
+        let mut watch = Stopwatch::start(self.profile.as_ref());
+        if self.profile.is_some() {
+            self.batch.await_answers()?;
+            watch.part(&mut self.profile, "wait");
+        }
         self.batch.fetch()?;
+        watch.part(&mut self.profile, "read");
         let (batch, lanes) = (&self.batch, &self.lanes);
         let ends: Vec<Option<End>> = turns
             .par_iter_mut()
@@ -109,6 +122,7 @@ impl Lockstep {
                 Some(take_back(batch, occupant(lanes, turn.lane), turn, lent))
             })
             .collect();
+        watch.part(&mut self.profile, "take_back");
         self.tally.count(starts.iter().map(|start| start.place));
         for (turn, end) in turns.iter().zip(ends) {
             if let (Some(End { impulse, faults, is_calm, is_off_stem }), Some(occupant)) =
@@ -125,6 +139,10 @@ impl Lockstep {
                     self.batch.retire(turn.lane);
                 }
             }
+        }
+        watch.part(&mut self.profile, "count");
+        if let Some(profile) = &mut self.profile {
+            profile.frames += 1;
         }
         Ok(())
     }

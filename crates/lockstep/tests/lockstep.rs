@@ -218,6 +218,36 @@ fn a_world_leaves_the_device_with_a_fruit_and_comes_back() {
 }
 
 #[test]
+fn the_times_of_a_frame_change_no_bit() {
+    let mut worlds = worlds_of(Spec::paper(), 2);
+    let Some(mut together) = together_of(&worlds, 2) else { return };
+    let mut timed = worlds.clone();
+    let mut watched = together_of(&timed, 2).unwrap();
+    for (lane, (world, other)) in worlds.iter().zip(&timed).enumerate() {
+        together.enter(lane, world).unwrap();
+        watched.enter(lane, other).unwrap();
+    }
+    assert!(watched.profile().is_none());
+    watched.keep_profile(true);
+    for frame in 0..4 {
+        step_all(&mut together, &mut worlds, command_at(frame));
+        step_all(&mut watched, &mut timed, command_at(frame));
+    }
+    assert!(worlds.iter().zip(&timed).all(|(world, other)| robot_apart(world, other) == 0.0));
+    let profile = watched.profile().unwrap();
+    assert_eq!((profile.frames, profile.solves.len()), (4, 2));
+    for part in ["outlook", "submit", "wait", "read", "take_back"] {
+        assert!(profile.host.contains_key(part), "{part}");
+    }
+    // Where the adapter has a clock.
+    for (kernel, seconds) in &profile.device {
+        assert!(*seconds >= 0.0, "{kernel}");
+    }
+    watched.keep_profile(false);
+    assert!(watched.profile().is_none());
+}
+
+#[test]
 fn what_a_user_can_get_wrong() {
     let worlds = worlds_of(Spec::paper(), 1);
     let Some(gpu) = device() else { return };

@@ -178,9 +178,21 @@ impl WorldBatch {
     /// There is not one wish a lane.
     pub fn ask(&mut self, wishes: &[Wish]) {
         if let Some(Read { robots, trees }) = &mut self.read {
-            robots.ask(&self.gpu);
-            trees.ask(&self.gpu, wishes);
+            robots.ask(&self.gpu, self.clock.as_mut());
+            trees.ask(&self.gpu, wishes, self.clock.as_mut());
+            if let Some(clock) = &mut self.clock {
+                clock.ask(&self.gpu);
+            }
         }
+    }
+
+    /// Waits until the answers to [`Self::ask`] are there, without reading them.
+    ///
+    /// # Errors
+    /// The device was lost.
+    pub fn await_answers(&self) -> Result<(), GpuError> {
+        let asked = self.read.as_ref().and_then(|read| read.trees.asked());
+        asked.map_or(Ok(()), |asked| self.gpu.wait_for(Some(asked)))
     }
 
     /// Waits for the answers to [`Self::ask`]; frames of other batches that were submitted behind it go on.
@@ -191,6 +203,9 @@ impl WorldBatch {
         let Some(Read { robots, trees }) = &mut self.read else { return Ok(()) };
         robots.fetch(&self.gpu)?;
         trees.fetch(&self.gpu)?;
+        if let Some(clock) = &mut self.clock {
+            clock.fetch(&self.gpu)?;
+        }
         self.robots.take_quads(robots.section(ROBOTS));
         Ok(())
     }

@@ -8,6 +8,8 @@ mod quads;
 mod table;
 mod told;
 
+use std::collections::BTreeMap;
+
 use orchard_batch::{BatchEvent, Plant, Status, TreeWorld};
 use orchard_geometry::{Pose, Vec3};
 use orchard_multibody::{Data, Model};
@@ -15,9 +17,10 @@ use orchard_robot::{Command, RobotHandle, RobotModel};
 
 use crate::BatchError;
 use crate::batch::{GpuBatch, Options, Statistics};
+use crate::clock::Clock;
 use crate::device::{Gpu, GpuError, WORKGROUP_STORAGE};
 use crate::laws::Laws;
-use crate::layout::LANES;
+use crate::layout::{self, LANES, QUAD};
 use crate::memory::Room;
 use crate::pipelines::Pass;
 use crate::robots::RobotBatch;
@@ -51,6 +54,8 @@ pub struct WorldBatch {
     judges: bool,
     /// Numbers that a batch of lanes reads from the device after every frame; `None` in a batch of fixed worlds.
     read: Option<Read>,
+    /// Times of the kernels, if they are kept.
+    clock: Option<Clock>,
 }
 
 impl WorldBatch {
@@ -98,7 +103,7 @@ impl WorldBatch {
         let table = WorldTable::new(&batch.memory, &plants, robot, alone, &links, x_world_odom, &room)?;
         let buffers = WorldBuffers::new(gpu, &table, &batch, &robots)?;
         let (gpu, trees) = (gpu.clone(), batch);
-        Ok(Self { gpu, trees, robots, buffers, table, room, judges: true, read: None })
+        Ok(Self { gpu, trees, robots, buffers, table, room, judges: true, read: None, clock: None })
     }
 
     /// Number of worlds.
@@ -156,7 +161,9 @@ impl WorldBatch {
         let pipelines = self.gpu.world_pipelines();
         let worlds = self.len() as u32;
         let blocks = worlds.div_ceil(LANES as u32);
-        self.trees.run_each(steps, |pass, rules, kind| {
+        let clock =
+            self.clock.as_mut().map(|clock| (clock, WorldPass::name as fn(WorldPass) -> &'static str));
+        let dispatch = |pass: &mut wgpu::ComputePass<'_>, rules: u32, kind: WorldPass| {
             let (pipeline, groups) = match kind {
                 WorldPass::Trees(kind) => return self.trees.dispatch(pass, rules, kind),
                 WorldPass::RobotBegin => (&pipelines.robot_begin, blocks),
@@ -166,7 +173,32 @@ impl WorldBatch {
             pass.set_bind_group(0, &self.buffers.bindings, &[rules]);
             pass.set_pipeline(pipeline);
             pass.dispatch_workgroups(groups, 1, 1);
-        });
+        };
+        self.trees.run_each(steps, dispatch, clock);
+    }
+
+    /// Keeps the times of kernels by the device's clock from now on, or no more ([`Self::times`]). Every kernel is a pass of its own then, which takes a little longer.
+    pub fn keep_times(&mut self, keeps: bool) {
+        self.clock = keeps.then(|| Clock::new(&self.gpu)).flatten();
+    }
+
+    /// Contacts of each world in the latest substep, and Newton iterations of their solve.
+    ///
+    /// # Errors
+    /// The device was lost.
+    pub fn solves(&self) -> Result<Vec<[u32; 2]>, GpuError> {
+        let own = |world| {
+            let first = self.table.records + world * self.table.record;
+            (&self.buffers.meetings, first..first + QUAD)
+        };
+        let numbers = self.gpu.read::<u32>(&(0..self.len()).map(own).collect::<Vec<_>>())?;
+        let fields = [layout::meeting::CONTACTS, layout::meeting::ITERATIONS];
+        Ok(numbers.chunks_exact(QUAD).map(|own| fields.map(|field| own[field])).collect())
+    }
+
+    /// Seconds that kernels took since [`Self::keep_times`], by name; `all` is the time from the beginning of the first to the end of the last before each reading. Empty where the adapter has no clock.
+    pub fn times(&self) -> BTreeMap<&'static str, f64> {
+        self.clock.as_ref().map(|clock| clock.seconds().clone()).unwrap_or_default()
     }
 
     /// Resets some worlds while the others stay as they are: the tree as [`GpuBatch::reset`] does, the robot at its start posture, at rest, under the command that holds it.

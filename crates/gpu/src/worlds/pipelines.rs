@@ -18,6 +18,18 @@ pub(crate) enum WorldPass {
     RobotEnd,
 }
 
+impl WorldPass {
+    /// Name of its kernel.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Trees(pass) => pass.entry(),
+            Self::RobotBegin => "robot_begin",
+            Self::Meet => "meet",
+            Self::RobotEnd => "robot_end",
+        }
+    }
+}
+
 /// Compiled kernels of whole worlds, but for those of their trees.
 #[derive(Debug)]
 pub(crate) struct WorldPipelines {

@@ -4,6 +4,7 @@ use rayon::prelude::*;
 use wgpu::{BufferUsages, ComputePipeline};
 
 use crate::buffers::create_buffer;
+use crate::clock::Clock;
 use crate::device::{Gpu, GpuError};
 use crate::layout::QUAD;
 
@@ -80,10 +81,12 @@ impl Gathered {
     }
 
     /// Submits the reading of all quads, behind all work submitted so far.
-    pub fn ask(&mut self, gpu: &Gpu) {
+    pub fn ask(&mut self, gpu: &Gpu, mut clock: Option<&mut Clock>) {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         for section in &self.sections {
-            run(&mut encoder, &gpu.quad_pipelines().gather, &section.bindings, section.count);
+            let stamps = clock.as_mut().and_then(|clock| clock.stamp("gather"));
+            let gather = &gpu.quad_pipelines().gather;
+            run(&mut encoder, gather, &section.bindings, section.count, stamps);
         }
         let bytes = (QUAD_BYTES * self.quads.len()) as u64;
         encoder.copy_buffer_to_buffer(&self.packed, 0, &self.staging, 0, bytes);
@@ -130,6 +133,7 @@ pub(super) fn scatter(gpu: &Gpu, to: &wgpu::Buffer, quads: &[(u32, [f32; QUAD])]
         &gpu.quad_pipelines().scatter,
         &bound(gpu, &list, to, packed_from(&packed, 0)),
         padded.len(),
+        None,
     );
     gpu.queue.submit([encoder.finish()]);
 }
@@ -158,8 +162,10 @@ fn run(
     kernel: &ComputePipeline,
     bindings: &wgpu::BindGroup,
     count: usize,
+    timestamp_writes: Option<wgpu::ComputePassTimestampWrites<'_>>,
 ) {
-    let mut pass = encoder.begin_compute_pass(&Default::default());
+    let timed = wgpu::ComputePassDescriptor { label: None, timestamp_writes };
+    let mut pass = encoder.begin_compute_pass(&timed);
     pass.set_bind_group(0, bindings, &[]);
     pass.set_pipeline(kernel);
     pass.dispatch_workgroups(count.div_ceil(THREADS) as u32, 1, 1);

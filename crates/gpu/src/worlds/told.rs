@@ -6,6 +6,7 @@ use wgpu::BufferUsages;
 use super::meeting::Meeting;
 use super::quads::NOWHERE;
 use crate::buffers::{check_limits, create_buffer};
+use crate::clock::Clock;
 use crate::device::{Gpu, GpuError};
 use crate::layout::{QUAD, asked, told, wish};
 
@@ -147,7 +148,7 @@ impl Told {
     }
 
     /// Submits the questions, one a lane, behind all work submitted so far.
-    pub fn ask(&mut self, gpu: &Gpu, wishes: &[Wish]) {
+    pub fn ask(&mut self, gpu: &Gpu, wishes: &[Wish], clock: Option<&mut Clock>) {
         self.wishes.copy_from_slice(wishes);
         let words = wishes.iter().map(|wish| match wish {
             Wish::Nothing => wish::NOTHING as u32,
@@ -159,7 +160,9 @@ impl Told {
         gpu.queue.write_buffer(&self.given, 0, &0_u32.to_ne_bytes());
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         {
-            let mut pass = encoder.begin_compute_pass(&Default::default());
+            let timestamp_writes = clock.and_then(|clock| clock.stamp("tell"));
+            let timed = wgpu::ComputePassDescriptor { label: None, timestamp_writes };
+            let mut pass = encoder.begin_compute_pass(&timed);
             pass.set_bind_group(0, &self.bindings, &[]);
             pass.set_pipeline(&gpu.quad_pipelines().tell);
             pass.dispatch_workgroups(self.lanes as u32, 1, 1);
@@ -171,6 +174,11 @@ impl Told {
         self.copy(&mut encoder, 0, slots);
         self.reading = Some((gpu.queue.submit([encoder.finish()]), slots));
         self.map(slots);
+    }
+
+    /// The reading under way.
+    pub fn asked(&self) -> Option<wgpu::SubmissionIndex> {
+        self.reading.as_ref().map(|(asked, _)| asked.clone())
     }
 
     /// Number of lanes of which the motion is wanted.

@@ -77,7 +77,7 @@ struct Case<'a> {
     steps: u32,
 }
 
-fn rows_of(name: &str, case: &Case<'_>, target: Option<f64>) -> anyhow::Result<[Row; 2]> {
+fn rows_of(name: &str, case: &Case<'_>, target: Option<f64>) -> anyhow::Result<Vec<Row>> {
     let Case { envs, steps, .. } = *case;
     let spaces = Spaces { control_hz: CONTROL_HZ, depth: case.depth, ..Spaces::default() };
     let settings = Settings { spaces, backend: case.backend, ..Settings::of(Task::Reach) };
@@ -91,8 +91,7 @@ fn rows_of(name: &str, case: &Case<'_>, target: Option<f64>) -> anyhow::Result<[
     env.reset(&vec![Some(SEED); envs as usize], &all)?;
     let reset = start.elapsed().as_secs_f64() / f64::from(envs);
     let mut rates = Vec::new();
-    // The first round warms up.
-    for round in 0..=case.rounds {
+    let mut run = |env: &mut TaskEnv| {
         let start = Instant::now();
         for _ in 0..steps {
             let actions: Vec<f32> =
@@ -102,8 +101,13 @@ fn rows_of(name: &str, case: &Case<'_>, target: Option<f64>) -> anyhow::Result<[
             env.step(&actions, &goes_on)?;
             env.send()?;
         }
+        anyhow::Ok(start.elapsed().as_secs_f64())
+    };
+    // The first round warms up.
+    for round in 0..=case.rounds {
+        let seconds = run(&mut env)?;
         if round > 0 {
-            rates.push(f64::from(envs * steps) / start.elapsed().as_secs_f64());
+            rates.push(f64::from(envs * steps) / seconds);
         }
     }
     let rates = Rounds::new(rates);
@@ -123,8 +127,51 @@ fn rows_of(name: &str, case: &Case<'_>, target: Option<f64>) -> anyhow::Result<[
     let row = target.map_or(row.clone(), |target| row.at_least(target));
     let resets = Row::measured(&format!("{name}.reset"), reset, "s");
     let of_reset = "wall time of a reset that grows a new tree, a world".to_owned();
-    Ok([
+    let mut rows = vec![
         Row { spread: Some(rates.spread()), note: Some(note), ..row },
         Row { note: Some(of_reset), ..resets },
-    ])
+    ];
+    if case.backend == Backend::Gpu && !case.depth {
+        env.keep_profile(true);
+        let seconds = run(&mut env)?;
+        rows.extend(frame_rows(name, &env, seconds));
+    }
+    Ok(rows)
+}
+
+/// Parts of the mean frame of a crew in a round of their own, in which every kernel is timed.
+fn frame_rows(name: &str, env: &TaskEnv, seconds: f64) -> Vec<Row> {
+    let Some(profile) = env.profile().filter(|profile| profile.frames > 0) else { return Vec::new() };
+    let frames = profile.frames as f64;
+    let row = |part: &str, seconds: f64, what: &str| {
+        let row = Row::measured(&format!("{name}.frame{part}"), 1e3 * seconds / frames, "ms");
+        Row { note: Some(format!("{what}, a frame of a crew; {frames} frames")), ..row }
+    };
+    let mut rows = vec![row("", seconds, "wall time of a round in which every kernel is timed")];
+    for (part, seconds) in &profile.host {
+        rows.push(row(&format!(".host.{part}"), *seconds, "wall time of the processor"));
+    }
+    for (kernel, seconds) in &profile.device {
+        rows.push(row(&format!(".device.{kernel}"), *seconds, "time of the device by its own clock"));
+    }
+    rows.extend(contact_rows(name, &profile.solves));
+    rows
+}
+
+/// Contacts in the last substep, since the world with most of them is what the others wait for.
+fn contact_rows(name: &str, solves: &[[u32; 2]]) -> [Row; 4] {
+    let touching = solves.iter().filter(|[contacts, _]| *contacts > 0).count();
+    let all: u32 = solves.iter().map(|[contacts, _]| contacts).sum();
+    let most = |k: usize| f64::from(solves.iter().map(|numbers| numbers[k]).max().unwrap_or(0));
+    let each = |number: f64| number / solves.len().max(1) as f64;
+    [
+        ("touching", each(touching as f64), "share of the worlds that have contact points"),
+        ("mean", each(f64::from(all)), "contact points of a world"),
+        ("most", most(0), "contact points of the world with most of them"),
+        ("iterations", most(1), "Newton iterations of the world that needs most of them"),
+    ]
+    .map(|(part, number, what)| {
+        let row = Row::measured(&format!("{name}.frame.contacts.{part}"), number, "1");
+        Row { note: Some(format!("{what}, in the last substep")), ..row }
+    })
 }
