@@ -79,40 +79,30 @@ fn step_on(contact: u32, depth: u32, segment: u32) -> i32 {
     return select(-1, i32(step), bitcast<u32>(meetings[path_at(contact, step) + 1u].z) == segment);
 }
 
-// C^T y of a joint under the impulses of all contacts whose paths pass it.
-fn pressed(depth: u32, segment: u32) -> vec2f {
+// C^T y of a joint under the impulses of all contacts from `first` on whose paths pass it.
+fn pressed(first: u32, depth: u32, segment: u32) -> vec2f {
     var sum = vec2f(0.0);
-    for (var contact = 0u; contact < contacts; contact++) {
+    for (var contact = first; contact < contacts; contact++) {
         let step = step_on(contact, depth, segment);
         if step >= 0 {
-            sum += pressed_by(contact, u32(step));
+            let at = path_at(contact, u32(step));
+            let a = meetings[at];
+            sum += vec2f(dot(a.xyz, impulses[contact]), dot(vec3f(a.w, meetings[at + 1u].xy), impulses[contact]));
         }
     }
     return sum;
 }
 
-// C^T y of a joint of a contact's path under its impulse.
-fn pressed_by(contact: u32, step: u32) -> vec2f {
-    let at = path_at(contact, step);
-    let a = meetings[at];
-    return vec2f(dot(a.xyz, impulses[contact]), dot(vec3f(a.w, meetings[at + 1u].xy), impulses[contact]));
-}
-
 // Adds D^-1 y to the free change of a joint's rates, once for the first contact whose path passes it.
 fn add_to_joint(contact: u32, step: u32) {
     let depth = lengths[contact] - step;
+    let segment = bitcast<u32>(meetings[path_at(contact, step) + 1u].z);
     for (var other = 0u; other < contact; other++) {
-        if shares_joint(other, contact, depth) {
+        if step_on(other, depth, segment) >= 0 {
             return;
         }
     }
-    var sum = vec2f(0.0);
-    for (var later = contact; later < contacts; later++) {
-        if shares_joint(contact, later, depth) {
-            sum += pressed_by(later, lengths[later] - depth);
-        }
-    }
-    let segment = bitcast<u32>(meetings[path_at(contact, step) + 1u].z);
+    let sum = pressed(contact, depth, segment);
     let row = row_word(segment) & 0xffffu;
     let c = joint_of(row).c;
     works[work_at(row, WORK_G_1N)].w += c.x * sum.x;
@@ -159,7 +149,7 @@ fn anchor_change(row: u32, segment: u32) -> vec3f {
         let joint = joint_of(own & 0xffffu);
         let y_1 = joint.first * walk.torques;
         let y_2 = joint.second * walk.torques;
-        let sum = pressed(depth, walk.segment);
+        let sum = pressed(0u, depth, walk.segment);
         change_of_anchor += (y_1 * joint.c.x + y_2 * joint.c.y) * sum.x + y_2 * joint.c.z * sum.y;
         walk = passed_on(walk, own, joint, y_1, y_2);
     }

@@ -281,22 +281,20 @@ fn row_at(row: u32) -> u32 {
 // Solves for the right-hand side, in its place, by Cholesky's method. A barrier at the end.
 fn solve_active(size: u32) {
     for (var j = 0u; j < size; j++) {
-        // The first row is that of the pivot.
+        // Every thread computes the pivot.
         let of_j = row_at(j);
-        for (var i = j + thread; i <= size; i += LANES) {
+        var pivot = triangle[of_j + j];
+        for (var k = 0u; k < j; k++) {
+            pivot -= triangle[of_j + k] * triangle[of_j + k];
+        }
+        let inverse = inverseSqrt(pivot);
+        for (var i = j + 1u + thread; i <= size; i += LANES) {
             let of_i = row_at(i);
             var sum = triangle[of_i + j];
             for (var k = 0u; k < j; k++) {
                 sum -= triangle[of_i + k] * triangle[of_j + k];
             }
-            triangle[of_i + j] = sum;
-        }
-        workgroupBarrier();
-        let inverse = inverseSqrt(triangle[of_j + j]);
-        for (var i = j + thread; i <= size; i += LANES) {
-            if i > j {
-                triangle[row_at(i) + j] *= inverse;
-            }
+            triangle[of_i + j] = sum * inverse;
         }
         if thread == 0u {
             inverse_pivots[j] = inverse;

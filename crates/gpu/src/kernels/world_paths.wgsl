@@ -8,8 +8,6 @@ var<workgroup> free_velocity: array<vec3f, MEETING_MOST_CONTACTS>;
 var<workgroup> robot_free: array<f32, 3u * MEETING_MOST_CONTACTS>;
 // Number of the tree's joints that an impulse moves.
 var<workgroup> lengths: array<u32, MEETING_MOST_CONTACTS>;
-// Number of the tree's joints, from the root on, that both contacts of a block move.
-var<workgroup> shared_joints: array<u32, MEETING_MOST_CONTACTS * (MEETING_MOST_CONTACTS + 1u) / 2u>;
 // L of the robot below the diagonal and the inverses of its diagonal; L^-1 of the impulses on the joints.
 var<workgroup> factor: array<f32, ROBOT_DOFS * ROBOT_DOFS>;
 var<workgroup> pivots: array<f32, ROBOT_DOFS>;
@@ -261,7 +259,7 @@ fn assemble_inertia() {
     for (var index = thread; index < blocks; index += LANES) {
         let own = block_of(index);
         // Columns are those of the block.
-        let sum = of_robot(own) + of_fruit(own) + of_tree(own, index);
+        let sum = of_robot(own) + of_fruit(own) + of_tree(own);
         for (var column = 0u; column < 3u; column++) {
             for (var row = 0u; row < 3u; row++) {
                 large[index * 9u + 3u * row + column] = sum[column][row];
@@ -303,12 +301,11 @@ fn of_fruit(own: vec2u) -> mat3x3f {
     return moved + transpose(one) * other * inverse_spin_inertia(row);
 }
 
-// Of the joints that both contacts of a block move: from the root on, up to the first that is another. Keeps their number.
-fn of_tree(own: vec2u, index: u32) -> mat3x3f {
+// Of the joints that both contacts move: from the root on, up to the first that is another.
+fn of_tree(own: vec2u) -> mat3x3f {
     var sum = mat3x3f(vec3f(0.0), vec3f(0.0), vec3f(0.0));
     let most = min(lengths[own.x], lengths[own.y]);
-    var depth = 1u;
-    for (; depth <= most; depth++) {
+    for (var depth = 1u; depth <= most; depth++) {
         let i = path_at(own.x, lengths[own.x] - depth);
         let j = path_at(own.y, lengths[own.y] - depth);
         let i_0 = meetings[i];
@@ -322,11 +319,5 @@ fn of_tree(own: vec2u, index: u32) -> mat3x3f {
         let b = vec3f(i_0.w, i_1.xy);
         sum += mat3x3f(a * j_0.x + b * j_0.w, a * j_0.y + b * j_1.x, a * j_0.z + b * j_1.y);
     }
-    shared_joints[index] = depth - 1u;
     return sum;
-}
-
-// True if the joint of a contact's path that is `depth` joints from the root, counted from 1, is on that of a later contact, too.
-fn shares_joint(contact: u32, later: u32, depth: u32) -> bool {
-    return depth <= shared_joints[later * (later + 1u) / 2u + contact];
 }
