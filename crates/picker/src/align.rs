@@ -20,7 +20,7 @@ impl PickerCore {
     /// # Errors
     /// The drive takes too long, or something holds the base.
     pub fn drive_to(
-        &self,
+        &mut self,
         goal: &BaseGoal,
         stall: &mut StallWatch,
         blind: bool,
@@ -37,6 +37,7 @@ impl PickerCore {
         let tolerance = Tolerance::new(&align.position_tolerance, &align.angle_tolerance);
         let (velocity, arrived) = self.mobility.towards(robot, goal, &tree, c, tolerance);
         if stall.is_stalled(robot, &velocity, c, self.patience()) {
+            self.meet_wall(robot);
             return Err(FailureReason::Blocked);
         }
         let still = robot.base_speed <= c.stall_speed.si() && robot.turn_speed <= c.stall_speed.si();

@@ -67,11 +67,12 @@ impl PickerCore {
         self.mobility.effort(robot, goal, &tree, &self.config.drive, tolerance)
     }
 
-    /// Length of the shortest drive to a place for a track, before the arm is asked \[m\].
+    /// Length of the shortest drive to a place for a track, before the arm is asked \[m\]; without an end where walls bar all ways.
     fn least_drive(&self, robot: &RobotState, track: &Track) -> f64 {
-        let outward = self.drive_cost(robot, &self.outward_goal(track, 0.0, self.nominal_standoff()));
-        let straight = self.straight_ahead(robot, track).into_iter();
-        straight.map(|goal| self.drive_cost(robot, &goal)).fold(outward, f64::min)
+        let outward = self.outward_goal(track, 0.0, self.nominal_standoff());
+        let goals = self.straight_ahead(robot, track).into_iter().chain([outward]);
+        let open = goals.filter(|goal| !self.is_barred(robot, goal));
+        open.map(|goal| self.drive_cost(robot, &goal)).fold(f64::INFINITY, f64::min)
     }
 
     /// Shortest way to a track for a base that cannot leave its spot or its rail \[m\]: its drive and then the way from the arm's first joint;
@@ -134,6 +135,9 @@ impl PickerCore {
         let tree = self.perception.belief.p_odom();
         let from_trunk = (Vec3::new(goal.x, goal.y, 0.0) - tree).xy().norm();
         if self.mobility.is_free() && from_trunk < self.config.drive.trunk_clearance.si() {
+            return None;
+        }
+        if self.is_barred(robot, &goal) {
             return None;
         }
         let there = goal.pose(robot.x_odom_base.translation.z);

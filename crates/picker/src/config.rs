@@ -154,6 +154,12 @@ section! {
         stall_command: Quantity,
         /// Speed below which a base that must move counts as held.
         stall_speed: Quantity,
+        /// Half-length of the line across its way that the base does not cross again once something has held it there. 0: it forgets.
+        wall_half: Quantity,
+        /// Distance of that line ahead of the base's centre.
+        wall_ahead: Quantity,
+        /// Distance by which the base leaves it.
+        wall_back: Quantity,
     }
 }
 

@@ -26,7 +26,7 @@ use crate::expert::slots::Slots;
 use crate::machine::{self, Machine, Phase as _};
 use crate::motion::{Pace, WayPoint};
 use crate::picker_core::{Attempt, PickerCore};
-use crate::record::{Alarm, Record, State};
+use crate::record::{Alarm, FailureReason, Record, State};
 use crate::robot_state::RobotState;
 use crate::scan::Scan;
 use crate::task::AssignedTask;
@@ -238,6 +238,9 @@ impl Machine for ExpertPicker {
 
     fn run(&mut self, phase: Phase, robot: &RobotState) -> Next {
         if let Some(reason) = self.interruption(&phase) {
+            if reason == FailureReason::ArmLoaded && matches!(phase, Phase::Align(_)) {
+                self.core.meet_wall(robot);
+            }
             return Next::Fail(reason);
         }
         match phase {

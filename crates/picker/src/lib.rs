@@ -28,6 +28,7 @@ mod record;
 mod robot_state;
 mod scan;
 mod task;
+mod walls;
 mod watch;
 
 pub use baseline::BaselinePicker;

@@ -2,6 +2,7 @@
 
 use crate::blacklist::Blacklist;
 use crate::config::PickerConfig;
+use crate::drive::BaseGoal;
 use crate::mobility::Mobility;
 use crate::motion::ArmMotion;
 use crate::perception::Perception;
@@ -10,6 +11,7 @@ use crate::postures::Postures;
 use crate::record::{Alarm, AttemptEnd, AttemptId, Event, Record, State};
 use crate::robot_state::{Memory, RobotState};
 use crate::task::AssignedTask;
+use crate::walls::Walls;
 use crate::watch::Watch;
 use orchard_geometry::{DepthImage, Intrinsics, Pose, Vec3, inverse_transform};
 use orchard_perception::DetectorConfig;
@@ -25,6 +27,7 @@ pub(crate) struct PickerCore {
     pub motion: ArmMotion,
     pub postures: Postures,
     pub blacklist: Blacklist,
+    pub walls: Walls,
     /// Watch for faults; `None` for a controller that keeps none.
     pub watch: Option<Watch>,
     pub fingers: Fingers,
@@ -83,6 +86,7 @@ impl PickerCore {
             perception: Perception::new(detector, &config, deck),
             motion: ArmMotion::new(arm.home()),
             blacklist: Blacklist::new(&config.blacklist),
+            walls: Walls::default(),
             watch: None,
             fingers: Fingers {
                 opening: config.grasp.opening.si(),
@@ -221,6 +225,17 @@ impl PickerCore {
     /// True if the commanded motion has ended and the arm is close to its command.
     pub fn arm_arrived(&self, robot: &RobotState) -> bool {
         self.motion.is_over() && (robot.q - self.motion.q()).amax() <= self.config.arm.arrived.si()
+    }
+
+    /// Takes note that something holds the base, which was commanded to drive.
+    pub fn meet_wall(&mut self, robot: &RobotState) {
+        self.walls.meet(robot, &self.last_command.base_velocity, &self.config.drive);
+    }
+
+    /// True if a wall bars the base's way to a goal.
+    pub fn is_barred(&self, robot: &RobotState, goal: &BaseGoal) -> bool {
+        let tree = self.perception.belief.p_odom();
+        self.mobility.is_free() && self.walls.bar(robot, goal, &tree, &self.config.drive)
     }
 
     /// Time without progress after which arm or base counts as stalled \[s\].

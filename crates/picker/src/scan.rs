@@ -5,6 +5,7 @@ use crate::drive::{BaseGoal, StallWatch, Tolerance, bearing_of};
 use crate::picker_core::{PickerCore, STILL};
 use crate::robot_state::RobotState;
 use orchard_geometry::{Vec3, math};
+use std::f64::consts::TAU;
 
 /// Memory of the scan state.
 #[derive(Debug, Clone, PartialEq)]
@@ -65,7 +66,11 @@ impl PickerCore {
             let (towards, arrived) =
                 self.mobility.towards(robot, &goal, &tree, &self.config.drive, tolerance);
             velocity = towards;
-            if arrived || scan.stall.is_stalled(robot, &velocity, &self.config.drive, self.patience()) {
+            let held = scan.stall.is_stalled(robot, &velocity, &self.config.drive, self.patience());
+            if held {
+                self.meet_wall(robot);
+            }
+            if arrived || held {
                 scan.place = Place::There(goal);
                 velocity = STILL;
             }
@@ -80,7 +85,7 @@ impl PickerCore {
         }
         let choice = if self.perception.blind { None } else { self.choose(robot) };
         if choice.is_none() {
-            self.look_elsewhere(scan);
+            self.look_elsewhere(scan, robot);
         }
         (velocity, choice)
     }
@@ -98,7 +103,16 @@ impl PickerCore {
         (left.abs() > c.angle_tolerance.si()).then(|| (left * drive.gain.si()).clamp(-limit, limit))
     }
 
-    fn look_elsewhere(&self, scan: &mut Scan) {
+    /// Bearing of the next view around the tree that no wall bars \[rad\]; the present one if all are barred.
+    fn next_bearing(&self, bearing: f64, robot: &RobotState) -> f64 {
+        let (tree, c) = (self.perception.belief.p_odom(), &self.config.scan);
+        let views = (TAU / c.orbit_step.si()).floor() as u32;
+        let further = (1..=views).map(|k| math::wrap_angle(bearing + f64::from(k) * c.orbit_step.si()));
+        let is_open = |b: &f64| !self.is_barred(robot, &BaseGoal::facing(&tree, *b, c.standoff.si()));
+        further.into_iter().find(is_open).unwrap_or(bearing)
+    }
+
+    fn look_elsewhere(&self, scan: &mut Scan, robot: &RobotState) {
         scan.dwelled = 0.0;
         scan.posture += 1;
         if scan.posture < self.postures.survey.len() && scan.place != Place::Here {
@@ -109,7 +123,7 @@ impl PickerCore {
             Place::There(goal) => {
                 let p_goal = Vec3::new(goal.x, goal.y, 0.0);
                 let bearing = bearing_of(&p_goal, &self.perception.belief.p_odom());
-                Place::View(Some(math::wrap_angle(bearing + self.config.scan.orbit_step.si())))
+                Place::View(Some(self.next_bearing(bearing, robot)))
             }
             Place::Here => Place::View(None),
             on_the_way => on_the_way,

@@ -70,6 +70,8 @@ section! {
         squeeze: Quantity,
         /// Time that the gap must be steady.
         steady_time: Quantity,
+        /// Length of a withdrawal beyond which the pull rises no more, and the hand bends the stem.
+        bend_distance: Quantity,
         /// Length of a withdrawal beyond which a taut stem means that wood bends.
         wood_distance: Quantity,
         /// Share of the peak pull below which a pull that does not end means that wood yields.
@@ -127,6 +129,8 @@ section! {
         squeeze_most: Quantity,
         /// Loss of the gap's width that means that the fruit slips.
         slip: Quantity,
+        /// Pull after a slip, as a share of the largest before.
+        slip_share: Quantity,
     }
 }
 

@@ -39,6 +39,8 @@ pub(crate) struct Pull {
     width: f64,
     /// True once the fruit has slipped in the fingers.
     slipped: bool,
+    /// Largest pull that fruit and wood have shown to bear \[N\]; without an end until one gives way.
+    bearable: f64,
     /// Number of failed tries at this target.
     failed: u32,
 }
@@ -66,6 +68,7 @@ impl Pull {
             largest: 0.0,
             width: 0.0,
             slipped: false,
+            bearable: f64::INFINITY,
             failed,
         }
     }
@@ -80,7 +83,10 @@ impl Pull {
     fn squeeze(&mut self, load: &LoadConfig, least: f64, width: f64) -> f64 {
         self.width = self.width.max(width);
         let most = load.squeeze_most.si();
-        self.slipped |= self.width - width > load.slip.si();
+        if !self.slipped && self.width - width > load.slip.si() {
+            self.slipped = true;
+            self.bear_no_more_than(load.slip_share.si() * self.largest);
+        }
         if self.slipped || self.twist == Twist::During {
             most
         } else {
@@ -88,10 +94,24 @@ impl Pull {
         }
     }
 
+    /// Ends the rise of the pull at a force \[N\]; no twist begins any more.
+    fn bear_no_more_than(&mut self, force: f64) {
+        self.bearable = self.bearable.min(force);
+        self.allowed = self.allowed.min(force);
+        if self.twist == Twist::Before {
+            self.twist = Twist::After;
+        }
+    }
+
+    /// Largest pull \[N\].
+    fn most(&self, load: &LoadConfig) -> f64 {
+        self.bearable.min(load.most.si())
+    }
+
     /// Raises the pull that the hand allows itself, and returns the share of its speed at which it withdraws: below 0 where it pulls more than it
     /// may. `dt` is the time since the last frame \[s\].
     fn ease(&mut self, load: &LoadConfig, dt: f64) -> f64 {
-        let limit = if self.twist == Twist::After { load.most.si() } else { load.twist_at.si() };
+        let limit = if self.twist == Twist::After { self.most(load) } else { load.twist_at.si() };
         let short = self.allowed - self.force.norm();
         // It waits for the pull, which rises slowly where wood gives way.
         if short < load.lead.si() {
@@ -152,8 +172,13 @@ impl ExpertPicker {
         if ended && slack {
             return self.grasp_again(pull.failed, robot);
         }
+        // A limb that follows the hand would break sooner than the stem.
+        let follows = was_taut && pull.travelled > feel.bend_distance.si();
+        if follows && pull.bearable.is_infinite() {
+            pull.bear_no_more_than(pull.force.norm());
+        }
         let bears =
-            pull.twist == Twist::After && pull.allowed >= load.most.si() && share <= load.last_share.si();
+            pull.twist == Twist::After && pull.allowed >= pull.most(load) && share <= load.last_share.si();
         let may_bend = self.core.arm.cup().is_none() && pull.bent < 1.0 && !ended;
         if may_bend && (bears || pull.is_bending()) {
             self.bend(&mut pull, &direction, robot.dt);
@@ -284,6 +309,24 @@ mod tests {
         assert_eq!(pull.squeeze(&load, least, 0.07), most, "a fruit that slipped may slip again");
         let mut twisting = Pull::new(0, load.brisk.si(), Twist::During);
         assert_eq!(twisting.squeeze(&load, least, 0.07), most);
+    }
+
+    /// A fruit that slips ends the rise of the pull below what it bore, before a twist that would free it; the hand then bends the stem.
+    #[test]
+    fn a_slip_ends_the_rise_of_the_pull() {
+        let load = ExpertConfig::preset().load;
+        let mut pull = Pull::new(0, load.brisk.si(), Twist::Before);
+        pull.largest = 20.0;
+        let _ = pull.squeeze(&load, 30.0, 0.07);
+        assert_eq!(pull.most(&load), load.most.si());
+        let _ = pull.squeeze(&load, 30.0, 0.07 - 1.1 * load.slip.si());
+        let bearable = load.slip_share.si() * 20.0;
+        assert_eq!((pull.most(&load), pull.twist), (bearable, Twist::After));
+        pull.force = Vec3::x() * bearable;
+        for _ in 0..600 {
+            pull.ease(&load, DT);
+        }
+        assert_eq!(pull.allowed, bearable);
     }
 
     /// The hand goes round the line of the pull once, up first, at the radius of the bend.

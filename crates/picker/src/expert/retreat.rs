@@ -15,6 +15,8 @@ pub(crate) struct Retreat {
     stage: Stage,
     /// Time for which the base has drawn a caught arm out \[s\].
     drawn: f64,
+    /// True if the base may stand at a wall, which it leaves.
+    walled: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,14 +39,14 @@ impl Retreat {
             (State::Deposit, _) => Stage::Up,
             _ => Stage::Home,
         };
-        Self { since: robot.time, stage, drawn: 0.0 }
+        Self { since: robot.time, stage, drawn: 0.0, walled: state == State::Align }
     }
 }
 
 impl Retreat {
     /// Starts the retreat from the bucket; the arm already moves to the carrying posture.
     pub fn from_bucket(robot: &RobotState) -> Self {
-        Self { since: robot.time, stage: Stage::Home, drawn: 0.0 }
+        Self { since: robot.time, stage: Stage::Home, drawn: 0.0, walled: false }
     }
 }
 
@@ -79,10 +81,12 @@ impl ExpertPicker {
                 if *self.core.motion.goal() != carry {
                     self.swing_among(carry, Caution::High);
                 }
-                let near = (robot.q - carry).amax() <= self.config.swift.blend.si();
+                let leave = if retreat.walled { self.leave_wall(robot) } else { None };
+                let near = (robot.q - carry).amax() <= self.config.swift.blend.si() && leave.is_none();
                 if near || self.core.elapsed(robot) > self.core.config.timeout.transport.si() {
                     return self.next_target(robot);
                 }
+                return Next::Stay(Phase::Retreat(retreat), leave.unwrap_or(STILL));
             }
         }
         Next::Stay(Phase::Retreat(retreat), STILL)

@@ -97,7 +97,14 @@ impl ExpertPicker {
             return None;
         }
         let speed = self.config.leave.base_speed.si() * self.speed_share(Caution::High);
-        Some([-speed, 0.0, 0.0])
+        Some(self.leave_wall(robot).unwrap_or([-speed, 0.0, 0.0]))
+    }
+
+    /// Velocity of the base away from a wall that it stands at [m/s, m/s, rad/s], slowly; `None` elsewhere.
+    pub(crate) fn leave_wall(&self, robot: &RobotState) -> Option<[f64; 3]> {
+        let speed = self.config.leave.base_speed.si() * self.speed_share(Caution::High);
+        let [x, y] = self.core.walls.away(robot, &self.core.config.drive)?;
+        Some([x * speed, y * speed, 0.0])
     }
 
     pub(crate) fn safe(&mut self, mut safe: Safe, robot: &RobotState) -> Next {

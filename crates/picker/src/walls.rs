@@ -1,0 +1,127 @@
+//! Walls: lines on the ground that the base does not cross again, since something has held it there.
+//!
+//! Wires and posts of a trellis are too thin for the depth camera, and stand in rows. What holds the base once is therefore taken for a straight piece of a row
+//! across its way. Each wall is known by the base's stop alone.
+
+use crate::config::DriveConfig;
+use crate::drive::{BaseGoal, bearing_of};
+use crate::robot_state::{RobotState, turned};
+use nalgebra::Vector2;
+use orchard_geometry::{Vec3, math};
+
+/// Longest step on the circle about the tree by which a way is checked \[rad\].
+const ARC_STEP: f64 = 0.2;
+
+/// A place where the base was held: its position \[m\] and the direction of its motion, both odom.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Stop {
+    p: Vector2<f64>,
+    direction: Vector2<f64>,
+}
+
+/// Walls met so far.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct Walls {
+    stops: Vec<Stop>,
+}
+
+impl Walls {
+    /// Takes note of a wall ahead of a base that was commanded to a velocity [m/s, m/s, rad/s] in its own frame, unless it was not to drive or the config
+    /// knows no walls.
+    pub fn meet(&mut self, robot: &RobotState, velocity: &[f64; 3], c: &DriveConfig) {
+        let [x, y, yaw] = robot.base_pose;
+        let ahead = Vector2::from(turned([velocity[0], velocity[1]], yaw));
+        if c.wall_half.si() > 0.0 && ahead.norm() > c.stall_command.si() {
+            self.stops.push(Stop { p: Vector2::new(x, y), direction: ahead.normalize() });
+        }
+    }
+
+    /// True if the way to a goal, straight or around the tree, crosses a wall.
+    pub fn bar(&self, robot: &RobotState, goal: &BaseGoal, tree: &Vec3, c: &DriveConfig) -> bool {
+        if self.stops.is_empty() {
+            return false;
+        }
+        let way = way(robot, goal, tree, c);
+        self.stops.iter().any(|stop| {
+            let across = Vector2::new(-stop.direction.y, stop.direction.x) * c.wall_half.si();
+            let middle = stop.p + stop.direction * c.wall_ahead.si();
+            way.windows(2).any(|leg| cross([leg[0], leg[1]], [middle - across, middle + across]))
+        })
+    }
+
+    /// Direction away from the wall met last, in the base frame, while the base is nearer to its stop there than it should be.
+    pub fn away(&self, robot: &RobotState, c: &DriveConfig) -> Option<[f64; 2]> {
+        let stop = self.stops.last()?;
+        let [x, y, yaw] = robot.base_pose;
+        let is_near = (Vector2::new(x, y) - stop.p).norm() < c.wall_back.si();
+        is_near.then(|| turned([-stop.direction.x, -stop.direction.y], -yaw))
+    }
+}
+
+/// Way of the base to a goal as corners of straight legs, odom: straight where that is driven straight, else on the circle about the tree.
+fn way(robot: &RobotState, goal: &BaseGoal, tree: &Vec3, c: &DriveConfig) -> Vec<Vector2<f64>> {
+    let (here, there) = (robot.p_odom(), Vec3::new(goal.x, goal.y, 0.0));
+    let start = bearing_of(&here, tree);
+    let swing = math::wrap_angle(bearing_of(&there, tree) - start);
+    let round = (swing.abs() - c.orbit_angle.si()).max(0.0);
+    let steps = (round / ARC_STEP).ceil();
+    let on_circle = |k: f64| {
+        let (sin, cos) = math::sin_cos(start + swing.signum() * round * k / steps);
+        tree.xy() + Vector2::new(cos, sin) * c.orbit_radius.si()
+    };
+    let arc = (0..=steps as u32).filter(|_| steps > 0.0).map(|k| on_circle(f64::from(k)));
+    [here.xy()].into_iter().chain(arc).chain([there.xy()]).collect()
+}
+
+/// True if two segments cross.
+fn cross(a: [Vector2<f64>; 2], b: [Vector2<f64>; 2]) -> bool {
+    let side = |s: &[Vector2<f64>; 2], p: &Vector2<f64>| (s[1] - s[0]).perp(&(p - s[0])) > 0.0;
+    side(&a, &b[0]) != side(&a, &b[1]) && side(&b, &a[0]) != side(&b, &a[1])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::PickerConfig;
+    use crate::expert::ExpertConfig;
+
+    fn robot(x: f64, y: f64) -> RobotState {
+        let mut robot = RobotState::still(0.0);
+        robot.place_base([x, y, 0.5]);
+        robot
+    }
+
+    /// A base that was held on its way around the tree leaves the row that it met, and finds no way past it; the other way around the tree is open.
+    #[test]
+    fn a_wall_bars_the_far_side() {
+        let c = ExpertConfig::preset().shared.drive;
+        let tree = Vec3::zeros();
+        // It drives around the tree from the south and meets a row along x at its eastern end.
+        let held = robot(1.6, -0.4);
+        let mut walls = Walls::default();
+        let goal = |x: f64, y: f64| BaseGoal { x, y, yaw: 0.0 };
+        assert!(!walls.bar(&held, &goal(0.0, 1.3), &tree, &c));
+        let north = turned([0.0, 0.5], -0.5);
+        walls.meet(&held, &[north[0], north[1], 0.0], &c);
+        let south = robot(0.2, -1.5);
+        for (x, y, barred) in
+            [(0.0, 1.3, true), (1.0, 0.8, true), (0.0, -1.0, false), (-1.0, -0.9, false), (-1.2, 0.6, false)]
+        {
+            assert_eq!(walls.bar(&south, &goal(x, y), &tree, &c), barred, "{x} {y}");
+        }
+        let away = turned(walls.away(&held, &c).expect("at the wall"), 0.5);
+        assert!(away[0].abs() < 1e-12 && (away[1] + 1.0).abs() < 1e-12, "{away:?}");
+        assert_eq!(walls.away(&robot(1.6, -0.4 - c.wall_back.si() - 1e-6), &c), None);
+    }
+
+    /// A base that was not to drive met nothing; the baseline keeps no walls.
+    #[test]
+    fn walls_are_met_by_driving() {
+        let (expert, baseline) = (ExpertConfig::preset().shared.drive, PickerConfig::baseline().drive);
+        for (velocity, c) in [([0.0, 0.0, 1.0], &expert), ([0.5, 0.0, 0.0], &baseline)] {
+            let mut walls = Walls::default();
+            walls.meet(&robot(1.0, 0.0), &velocity, c);
+            assert_eq!(walls, Walls::default());
+        }
+    }
+}
