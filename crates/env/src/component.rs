@@ -92,6 +92,11 @@ impl<C: Learnable> Trial<C> {
         })
     }
 
+    /// As [`TrialWatch::frames_left`].
+    pub fn frames_left(&self, world: &World, rules: &ComponentRules) -> u32 {
+        self.watch.frames_left(world, rules)
+    }
+
     /// Terms of the step, unweighted, but for the damage.
     pub fn end_step(&self, world: &World) -> [f64; TERMS] {
         C::values(&Step {

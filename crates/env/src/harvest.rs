@@ -114,6 +114,11 @@ impl Harvest {
         })
     }
 
+    /// Number of frames after which the harvest may have ended, at the earliest, if nothing touches wood or fruit in them; at least 1.
+    pub fn frames_left(&self, world: &World) -> u32 {
+        self.horizon.saturating_sub(world.frame()).max(1)
+    }
+
     /// Terms of the step, unweighted, in the order of [`terms`], but for the damage.
     pub fn end_step(&self, world: &World) -> [f64; TERMS] {
         let fruit = world.fruit_truth();

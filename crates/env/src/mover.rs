@@ -7,30 +7,16 @@ use std::time::Instant;
 use orchard_robot::{Command, Observation};
 use orchard_scenario::Scenario;
 use orchard_tasks::plan_file::Backend;
-use orchard_world::World;
+use orchard_world::{Span, Turn, World};
 use rayon::prelude::*;
 
 use crate::error::EnvError;
-
-/// A world's frame, with its lane within its crew.
-#[cfg(feature = "gpu")]
-pub(crate) type Turn<'a> = orchard_lockstep::Turn<'a>;
-/// A world's frame, with its lane.
-#[cfg(not(feature = "gpu"))]
-pub(crate) struct Turn<'a> {
-    #[expect(dead_code, reason = "only a device has lanes")]
-    pub lane: usize,
-    pub world: &'a mut World,
-    pub command: Command,
-    #[expect(dead_code, reason = "only a device leaves trees behind")]
-    pub is_whole: bool,
-}
 
 /// Number of crews, our own choice: one is on the device while the processor, which is what is short, applies the rules of the other.
 #[cfg(feature = "gpu")]
 const CREWS: usize = 2;
 
-/// A frame of a crew under way.
+/// Frames of a crew under way.
 #[cfg(feature = "gpu")]
 pub(crate) type Begun = orchard_lockstep::Begun;
 /// There is none without a device.
@@ -150,38 +136,40 @@ impl Mover {
         }
     }
 
-    /// Begins a frame of worlds of one crew. On the CPU it is over when this returns, and there is nothing to end.
+    /// Begins frames of worlds of one crew. On the CPU they are over when this returns, and there is nothing to end.
     ///
     /// # Errors
     /// The device was lost.
     #[cfg_attr(not(feature = "gpu"), expect(unused_variables, clippy::unnecessary_wraps))]
-    pub fn begin(&mut self, crew: usize, turns: Vec<Turn<'_>>) -> Result<Option<Begun>, EnvError> {
+    pub fn begin<S: Span>(&mut self, crew: usize, spans: &mut [S]) -> Result<Option<Begun>, EnvError> {
         match self {
             Self::Cpu => {
-                turns.into_par_iter().for_each(|turn| turn.world.step(&turn.command));
+                spans.par_iter_mut().for_each(|span| {
+                    for frame in 0..span.frames().1.len() {
+                        let (world, commands) = span.frames();
+                        world.step(&commands[0]);
+                        if !span.after_frame() {
+                            break;
+                        }
+                    }
+                });
                 Ok(None)
             }
             #[cfg(feature = "gpu")]
-            Self::Gpu(Device { crews, .. }) => {
-                let mut turns = turns;
-                crews[crew].begin(&mut turns).map(Some).map_err(|e| device(&e))
-            }
+            Self::Gpu(Device { crews, .. }) => crews[crew].begin(spans).map(Some).map_err(|e| device(&e)),
         }
     }
 
-    /// Ends the frame that was begun with these turns.
+    /// Ends the frames that were begun with these spans.
     ///
     /// # Errors
     /// The device was lost.
-    #[cfg_attr(not(feature = "gpu"), expect(unused_variables, clippy::unnecessary_wraps))]
-    pub fn end(&mut self, crew: usize, turns: Vec<Turn<'_>>, begun: Option<Begun>) -> Result<(), EnvError> {
-        match (self, begun) {
+    #[cfg_attr(not(feature = "gpu"), expect(unused_variables))]
+    pub fn end<S: Span>(&mut self, crew: usize, spans: &mut [S], begun: Begun) -> Result<(), EnvError> {
+        match self {
+            Self::Cpu => Ok(()),
             #[cfg(feature = "gpu")]
-            (Self::Gpu(Device { crews, .. }), Some(begun)) => {
-                let mut turns = turns;
-                crews[crew].end(&mut turns, begun).map_err(|e| device(&e))
-            }
-            _ => Ok(()),
+            Self::Gpu(Device { crews, .. }) => crews[crew].end(spans, begun).map_err(|e| device(&e)),
         }
     }
 
@@ -214,10 +202,12 @@ impl Mover {
         let places: Vec<(usize, usize)> = (0..worlds.len()).map(|lane| self.place(lane)).collect();
         let mut begun = Vec::new();
         for crew in 0..self.crews() {
-            begun.push(self.begin(crew, of_crew(crew, &places, worlds, commands))?);
+            begun.push(self.begin(crew, &mut of_crew(crew, &places, worlds, commands))?);
         }
         for (crew, begun) in begun.into_iter().enumerate() {
-            self.end(crew, of_crew(crew, &places, worlds, commands), begun)?;
+            if let Some(begun) = begun {
+                self.end(crew, &mut of_crew(crew, &places, worlds, commands), begun)?;
+            }
         }
         Ok(())
     }

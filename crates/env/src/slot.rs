@@ -227,13 +227,24 @@ impl Slot {
         Some(Stepping { frames: 0, last_image, damage: Damage::default(), ending: None })
     }
 
-    /// True if task or observations look at wood or fruit after the next frame of a step.
-    pub fn looks_at_tree(&self, stepping: &Stepping, shared: &Shared) -> bool {
-        let Some((world, _)) = &self.running else { return false };
-        let next = stepping.frames + 1;
+    /// Number of frames that a step can take before somebody looks at wood or fruit, and true if somebody does after the last of them. The episode does not end before, unless something happens to the tree. None is left after the end
+    /// of the step.
+    pub fn frames_ahead(&self, stepping: &Stepping, shared: &Shared) -> (u32, bool) {
+        let (Some((world, episode)), Some(_)) = (&self.running, stepping.next_frame(shared)) else {
+            return (0, false);
+        };
+        let ends = episode.task.frames_left(world, shared).min(episode.stall.frames_left());
+        let left = (shared.interface.policy.frames - stepping.frames).min(ends);
+        let looked = (1..=left).find(|&frames| self.is_looked_at(world, stepping, frames, shared));
+        (looked.unwrap_or(left), looked.is_some())
+    }
+
+    /// True if task or observations look at wood or fruit so many frames later in a step.
+    fn is_looked_at(&self, world: &World, stepping: &Stepping, frames: u32, shared: &Shared) -> bool {
+        let next = stepping.frames + frames;
         let pictures = shared.encoding.pictures();
         stepping.last_image == Some(next)
-            || pictures.is_some_and(|request| request.is_due(world.frame() + 1))
+            || pictures.is_some_and(|request| request.is_due(world.frame() + frames))
             || (shared.ends_with_tree() && next == shared.interface.policy.frames)
     }
 
@@ -432,6 +443,14 @@ impl State {
             Self::Harvest(harvest) => harvest.after_frame(world, events),
             Self::Reach(trial) => trial.after_frame(world, events, &shared.protocol.component),
             Self::Gentle(trial) => trial.after_frame(world, events, &shared.protocol.component),
+        }
+    }
+
+    fn frames_left(&self, world: &World, shared: &Shared) -> u32 {
+        match self {
+            Self::Harvest(harvest) => harvest.frames_left(world),
+            Self::Reach(trial) => trial.frames_left(world, &shared.protocol.component),
+            Self::Gentle(trial) => trial.frames_left(world, &shared.protocol.component),
         }
     }
 

@@ -185,9 +185,10 @@ impl TaskEnv {
         Ok(())
     }
 
-    /// As [`Self::step`], frame by frame. The environments of a crew advance together; while one crew is on the device, the other's frame is judged here.
+    /// As [`Self::step`], some frames at a time. The environments of a crew advance together; while one crew is on the device, the other's frames are judged here.
     fn step_together(&mut self, actions: &[f32], mask: &[bool]) -> Result<(), EnvError> {
         let Self { shared, slots, mover } = self;
+        let shared = &*shared;
         let since = Instant::now();
         let size = shared.interface.policy.action.len();
         let mut crews: Vec<Crew<'_>> = (0..mover.crews()).map(|_| Crew::default()).collect();
@@ -196,19 +197,20 @@ impl TaskEnv {
         let begun = chosen.filter_map(|(lane, ((slot, action), _))| {
             let (motion, stepping) = (slot.motion(action, shared)?, slot.begin_step(shared)?);
             let (crew, seat) = mover.place(lane);
-            Some((crew, Member { lane, seat, slot, motion, stepping }))
+            let (commands, judged, is_whole) = (Vec::new(), 0, false);
+            Some((crew, Member { lane, seat, slot, motion, stepping, shared, commands, judged, is_whole }))
         });
         for (crew, member) in begun.collect::<Vec<_>>() {
             crews[crew].members.push(member);
         }
         mover.note("begin_step", since);
         for (number, crew) in crews.iter_mut().enumerate() {
-            crew.begin(number, mover, shared)?;
+            crew.begin(number, mover)?;
         }
         while crews.iter().any(|crew| crew.is_under_way) {
             for (number, crew) in crews.iter_mut().enumerate().filter(|(_, crew)| crew.is_under_way) {
-                crew.end(number, mover, shared)?;
-                crew.begin(number, mover, shared)?;
+                crew.end(number, mover)?;
+                crew.begin(number, mover)?;
             }
         }
         let since = Instant::now();

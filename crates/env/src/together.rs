@@ -1,12 +1,14 @@
-//! Environments that advance together, frame by frame.
+//! Environments that advance together, some frames at a time.
 
 use std::time::Instant;
 
 use orchard_policy::Motion;
+use orchard_robot::Command;
+use orchard_world::{Span, World};
 use rayon::prelude::*;
 
 use crate::error::EnvError;
-use crate::mover::{Begun, Mover, Turn};
+use crate::mover::{Begun, Mover};
 use crate::slot::{Shared, Slot, Stepping};
 
 /// An environment in the midst of a step.
@@ -17,46 +19,77 @@ pub(crate) struct Member<'a> {
     pub slot: &'a mut Slot,
     pub motion: Motion,
     pub stepping: Stepping,
+    pub shared: &'a Shared,
+    /// Commands of the frames that are under way, of which some are judged; none if the step is over.
+    pub commands: Vec<Command>,
+    pub judged: usize,
+    pub is_whole: bool,
+}
+
+impl Member<'_> {
+    /// Gives it the next frames of its step, if it goes on; returns true if it does.
+    fn plan(&mut self) -> bool {
+        let (frames, is_whole) = self.slot.frames_ahead(&self.stepping, self.shared);
+        let first = self.stepping.next_frame(self.shared).unwrap_or(0);
+        self.commands.clear();
+        self.commands.extend((first..first + frames).map(|frame| self.motion.command(frame)));
+        (self.judged, self.is_whole) = (0, is_whole);
+        frames > 0
+    }
+}
+
+impl Span for &mut Member<'_> {
+    fn lane(&self) -> usize {
+        self.seat
+    }
+
+    fn frames(&mut self) -> (&mut World, &[Command]) {
+        let Some(world) = self.slot.world_mut() else { unreachable!("a step has a world") };
+        (world, &self.commands[self.judged..])
+    }
+
+    fn is_whole(&self) -> bool {
+        self.is_whole
+    }
+
+    fn after_frame(&mut self) -> bool {
+        let command = self.commands[self.judged];
+        self.judged += 1;
+        self.slot.after_frame(&mut self.stepping, &command, self.shared);
+        self.stepping.next_frame(self.shared).is_some()
+    }
 }
 
 /// Environments whose frames are computed together.
 #[derive(Default)]
 pub(crate) struct Crew<'a> {
     pub members: Vec<Member<'a>>,
-    /// True if a frame was begun and not ended.
+    /// True if frames were begun and not ended.
     pub is_under_way: bool,
     begun: Option<Begun>,
 }
 
-impl Crew<'_> {
-    /// Begins the next frame of the steps that go on, if there is one.
+impl<'a> Crew<'a> {
+    /// Begins the next frames of the steps that go on, if there are any.
     ///
     /// # Errors
     /// The device was lost.
-    pub fn begin(&mut self, number: usize, mover: &mut Mover, shared: &Shared) -> Result<(), EnvError> {
+    pub fn begin(&mut self, number: usize, mover: &mut Mover) -> Result<(), EnvError> {
         let since = Instant::now();
-        let turns = self.turns(shared);
-        mover.note("turns", since);
-        let goes_on = !turns.is_empty();
-        let begun = if goes_on { mover.begin(number, turns)? } else { None };
-        (self.is_under_way, self.begun) = (goes_on, begun);
+        self.is_under_way = self.members.par_iter_mut().map(Member::plan).reduce(|| false, |a, b| a | b);
+        mover.note("plan", since);
+        self.begun = if self.is_under_way { mover.begin(number, &mut self.spans())? } else { None };
         Ok(())
     }
 
-    /// Ends the frame, and judges it.
+    /// Ends them.
     ///
     /// # Errors
     /// The device was lost.
-    pub fn end(&mut self, number: usize, mover: &mut Mover, shared: &Shared) -> Result<(), EnvError> {
-        let begun = self.begun.take();
-        mover.end(number, self.turns(shared), begun)?;
-        let since = Instant::now();
-        self.members.par_iter_mut().for_each(|Member { slot, motion, stepping, .. }| {
-            if let Some(frame) = stepping.next_frame(shared) {
-                slot.after_frame(stepping, &motion.command(frame), shared);
-            }
-        });
-        mover.note("judge", since);
+    pub fn end(&mut self, number: usize, mover: &mut Mover) -> Result<(), EnvError> {
+        if let Some(begun) = self.begun.take() {
+            mover.end(number, &mut self.spans(), begun)?;
+        }
         self.is_under_way = false;
         let due = self.members.iter_mut().filter(|member| member.stepping.is_image_due());
         let mut worlds: Vec<_> =
@@ -64,14 +97,8 @@ impl Crew<'_> {
         if worlds.is_empty() { Ok(()) } else { mover.observe(&mut worlds).map(|_| ()) }
     }
 
-    /// Frame of every step that goes on.
-    fn turns(&mut self, shared: &Shared) -> Vec<Turn<'_>> {
-        let turns =
-            self.members.par_iter_mut().filter_map(|Member { seat, slot, motion, stepping, .. }| {
-                let frame = stepping.next_frame(shared)?;
-                let is_whole = slot.looks_at_tree(stepping, shared);
-                Some(Turn { lane: *seat, world: slot.world_mut()?, command: motion.command(frame), is_whole })
-            });
-        turns.collect()
+    /// Those whose frames are under way.
+    fn spans(&mut self) -> Vec<&mut Member<'a>> {
+        self.members.iter_mut().filter(|member| !member.commands.is_empty()).collect()
     }
 }

@@ -250,27 +250,21 @@ impl GpuBatch {
         let mut passes = passes.peekable();
         while passes.peek().is_some() && tiles > 0 {
             let now: Vec<(Rules, &[K])> = passes.by_ref().take(PASSES_AT_ONCE).collect();
-            let mut rules = vec![0; RULES_STRIDE * now.len()];
-            for (slot, (own, _)) in rules.chunks_mut(RULES_STRIDE).zip(&now) {
-                slot[..size_of::<Rules>()].copy_from_slice(bytemuck::bytes_of(own));
-            }
-            self.gpu.queue.write_buffer(&self.buffers.rules, 0, &rules);
+            self.send_rules(now.iter().map(|(rules, _)| rules));
             let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-            let each = now.iter().enumerate();
-            let each = each.flat_map(|(slot, (_, kinds))| kinds.iter().map(move |&kind| (slot, kind)));
-            let offset = |slot: usize| (slot * RULES_STRIDE) as u32;
-            if let Some((clock, name)) = &mut clock {
-                for (slot, kind) in each {
-                    let timestamp_writes = clock.stamp(name(kind));
-                    let timed = wgpu::ComputePassDescriptor { label: None, timestamp_writes };
-                    dispatch(&mut encoder.begin_compute_pass(&timed), offset(slot), kind);
-                }
-            } else {
-                let mut pass = encoder.begin_compute_pass(&Default::default());
-                each.for_each(|(slot, kind)| dispatch(&mut pass, offset(slot), kind));
-            }
+            let kinds = now.iter().map(|(_, kinds)| *kinds);
+            encode_each(&mut encoder, 0, kinds, &dispatch, &mut clock);
             self.gpu.queue.submit([encoder.finish()]);
         }
+    }
+
+    /// Sends the rules of the passes that follow, at most [`PASSES_AT_ONCE`].
+    pub(crate) fn send_rules<'a>(&self, rules: impl ExactSizeIterator<Item = &'a Rules>) {
+        let mut bytes = vec![0; RULES_STRIDE * rules.len()];
+        for (slot, own) in bytes.chunks_mut(RULES_STRIDE).zip(rules) {
+            slot[..size_of::<Rules>()].copy_from_slice(bytemuck::bytes_of(own));
+        }
+        self.gpu.queue.write_buffer(&self.buffers.rules, 0, &bytes);
     }
 
     /// Dispatches a pass with the rules at an offset in their buffer.
@@ -461,4 +455,26 @@ pub struct Statistics {
     pub peak_moment: f32,
     /// Kinetic, gravitational (zero at the height of the world's origin) and elastic energy of wood, stems and fruit \[J\], as defined by `orchard_multibody::energy`.
     pub energy: f32,
+}
+
+/// Encodes passes, of which those with the same rules are given together; `first` is the place of the first rules among those that were sent.
+pub(crate) fn encode_each<'a, K: Copy + 'a>(
+    encoder: &mut wgpu::CommandEncoder,
+    first: usize,
+    passes: impl Iterator<Item = &'a [K]>,
+    dispatch: &impl Fn(&mut wgpu::ComputePass<'_>, u32, K),
+    clock: &mut Timed<'_, K>,
+) {
+    let offsets = (first..).map(|slot| (slot * RULES_STRIDE) as u32);
+    let each = offsets.zip(passes).flat_map(|(at, kinds)| kinds.iter().map(move |&kind| (at, kind)));
+    if let Some((clock, name)) = clock {
+        for (rules, kind) in each {
+            let timestamp_writes = clock.stamp(name(kind));
+            let timed = wgpu::ComputePassDescriptor { label: None, timestamp_writes };
+            dispatch(&mut encoder.begin_compute_pass(&timed), rules, kind);
+        }
+    } else {
+        let mut pass = encoder.begin_compute_pass(&Default::default());
+        each.for_each(|(rules, kind)| dispatch(&mut pass, rules, kind));
+    }
 }

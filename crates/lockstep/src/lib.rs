@@ -1,6 +1,6 @@
 //! Worlds that advance together: a graphics device computes their motion in f32, this crate's worlds apply their rules in f64.
 //!
-//! A [`Lockstep`] has lanes. A world enters a lane, advances there frame by frame with the others ([`Lockstep::step`]), and leaves it. A frame on the device is every substep's motion of wood, fruit and robot, with the contacts of the robot
+//! A [`Lockstep`] has lanes. A world enters a lane, advances there with the others by one or more frames at a time ([`Lockstep::step`]), and leaves it. A frame on the device is every substep's motion of wood, fruit and robot, with the contacts of the robot
 //! with wood and hanging fruit; sensors, ruptures, stems, grips, loads and events follow in [`World`], by the code of [`World::step`]. What the device does not know yet (fruit off their stems, broken wood, suction, the robot near the
 //! ground or itself) is computed in f64: the world leaves the device for these frames and comes back after them. [`Tally`] counts which frames were computed where.
 //!
@@ -35,9 +35,10 @@ mod tally;
 pub use eyes::Eyes;
 pub use harvest::{Seated, Together, TogetherError, samples};
 pub use lane::{Lockstep, LockstepError};
+pub use orchard_world::{Span, Turn};
 pub use profile::Profile;
 pub use seats::{Seat, Seats};
-pub use step::{Begun, Turn};
+pub use step::Begun;
 pub use tally::{Tally, Where};
 
 #[cfg(doc)]

@@ -7,12 +7,11 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
 use orchard_gpu::GpuError;
 use orchard_robot::Command;
-use orchard_world::World;
+use orchard_world::{Turn, World};
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
 use crate::lane::{Lockstep, LockstepError};
-use crate::step::Turn;
 use crate::tally::Tally;
 
 /// Locksteps shared by threads.

@@ -1,110 +1,85 @@
-//! A frame of all worlds.
+//! The next frames of all worlds.
 
-use orchard_gpu::{GpuError, News, Tenant, Wish, WorldBatch};
+use orchard_gpu::{Course, GpuError, MOST_FRAMES, News, Tenant, WorldBatch};
 use orchard_multibody::ContactReport;
 use orchard_robot::Command;
-use orchard_world::{Calm, Lent, Moved, Outlook, World};
+use orchard_world::{Calm, Moved, Outlook, Span, World};
 use rayon::prelude::*;
 
 use crate::lane::{Lockstep, Occupant};
 use crate::profile::Stopwatch;
 use crate::tally::Where;
 
-/// A world's next frame.
+/// Frames under way.
 #[derive(Debug)]
-pub struct Turn<'a> {
-    /// Lane that the world has entered.
-    pub lane: usize,
-    /// The world that entered it.
-    pub world: &'a mut World,
-    /// Command of the frame.
-    pub command: Command,
-    /// True if wood and fruit are needed after it; else they may be behind then ([`World::is_behind`]), until [`Lockstep::catch_up`].
-    pub is_whole: bool,
-}
-
-/// A frame under way.
-#[derive(Debug)]
-#[must_use = "a frame that was begun is to be ended"]
+#[must_use = "frames that were begun are to be ended"]
 pub struct Begun {
     starts: Vec<Start>,
 }
 
-/// Start of a world's frame.
+/// Start of a world's next frames.
 #[derive(Debug)]
 struct Start {
     place: Where,
-    wish: Wish,
-    /// The frame, if the device computes it.
-    lent: Option<Lent>,
+    /// Commands that act in the frames for which the world is lent to the device; none if it is not.
+    commands: Vec<Command>,
+    /// True if wood and fruit are needed after the last of them.
+    is_whole: bool,
     /// True if wood and fruit must catch up before: the world comes to the device, or leaves it.
     is_late: bool,
+    /// Places of the frames that were computed here.
+    here: Vec<Where>,
 }
 
 impl Lockstep {
-    /// Advances worlds by a frame, each under its command. Worlds in other lanes stand still.
+    /// Advances worlds by frames, each under its commands: by all of its span on the device unless something happens to its tree, else by at least one. Worlds in other lanes stand still.
     ///
     /// # Errors
-    /// The device was lost; then the frame is not over, and the worlds cannot go on.
+    /// The device was lost; then the frames are not over, and the worlds cannot go on.
     ///
     /// # Panics
     /// No world has entered a lane.
-    pub fn step(&mut self, turns: &mut [Turn<'_>]) -> Result<(), GpuError> {
-        let begun = self.begin(turns)?;
-        self.end(turns, begun)
+    pub fn step<S: Span>(&mut self, spans: &mut [S]) -> Result<(), GpuError> {
+        let begun = self.begin(spans)?;
+        self.end(spans, begun)
     }
 
-    /// Begins a frame of worlds, each under its command: the device is at work when this returns, and the worlds that are computed here have moved. Another lockstep of the device can begin or end its
-    /// frame before this one ends.
+    /// Begins frames of worlds as [`Self::step`] does: the device is at work when this returns, and the worlds that are computed here have moved. Another lockstep of the device can begin or end its
+    /// frames before these end.
     ///
     /// # Errors
     /// The device was lost.
     ///
     /// # Panics
     /// No world has entered a lane.
-    pub fn begin(&mut self, turns: &mut [Turn<'_>]) -> Result<Begun, GpuError> {
+    pub fn begin<S: Span>(&mut self, spans: &mut [S]) -> Result<Begun, GpuError> {
         let mut watch = Stopwatch::start(self.profile.as_ref());
         let lanes = &self.lanes;
-        let mut starts: Vec<Start> = turns.par_iter_mut().map(|turn| start_of(lanes, turn)).collect();
-        let late = turns.iter_mut().zip(&starts).filter(|(_, start)| start.is_late);
-        let mut late: Vec<_> = late.map(|(turn, _)| (turn.lane, &mut *turn.world)).collect();
+        let mut starts: Vec<Start> = spans.par_iter_mut().map(|span| start_of(lanes, span)).collect();
+        let late = spans.iter_mut().zip(&starts).filter(|(_, start)| start.is_late);
+        let mut late: Vec<_> = late.map(|(span, _)| (span.lane(), span.frames().0)).collect();
         self.catch_up(&mut late)?;
-        for (turn, start) in turns.iter_mut().zip(&mut starts) {
-            if start.is_late && start.place == Where::Device {
-                start.lent = Some(turn.world.lend(&turn.command));
-            }
-        }
         watch.part(&mut self.profile, "outlook");
-        self.exchange(turns, &starts)?;
+        self.exchange(spans, &starts)?;
         watch.part(&mut self.profile, "exchange");
-        let mut wishes = vec![Wish::Nothing; self.lanes.len()];
-        let mut commands = vec![None; self.lanes.len()];
-        for (turn, start) in turns.iter().zip(&starts) {
-            if let Some(lent) = &start.lent {
-                (wishes[turn.lane], commands[turn.lane]) = (start.wish, Some(&lent.command));
-            }
+        let mut courses = vec![Course::default(); self.lanes.len()];
+        for (span, start) in spans.iter().zip(&starts) {
+            courses[span.lane()] = Course { commands: &start.commands, is_whole: start.is_whole };
         }
-        self.batch.command_all(&commands)?;
-        watch.part(&mut self.profile, "command");
-        if starts.iter().any(|start| start.lent.is_some()) {
-            self.pause_others(&wishes);
-            self.batch.advance(1);
-            self.batch.ask(&wishes);
-        }
+        self.batch.advance_lanes(&courses)?;
         watch.part(&mut self.profile, "submit");
         // While the device is at work.
-        turns.par_iter_mut().zip(&starts).filter(|(_, start)| start.lent.is_none()).for_each(|(turn, _)| {
-            turn.world.step(&turn.command);
-        });
+        let here = spans.par_iter_mut().zip(&mut starts).filter(|(_, start)| start.commands.is_empty());
+        here.for_each(|(span, start)| start.here = step_here(span, start.place));
         watch.part(&mut self.profile, "step_here");
         Ok(Begun { starts })
     }
 
-    /// Ends the frame that was begun with these turns.
+    /// Ends the frames that were begun with these spans.
     ///
     /// # Errors
-    /// The device was lost; then the frame is not over, and the worlds cannot go on.
-    pub fn end(&mut self, turns: &mut [Turn<'_>], begun: Begun) -> Result<(), GpuError> {
+    /// The device was lost; then the frames are not over, and the worlds cannot go on.
+    pub fn end<S: Span>(&mut self, spans: &mut [S], begun: Begun) -> Result<(), GpuError> {
         let Begun { starts } = begun;
         let mut watch = Stopwatch::start(self.profile.as_ref());
         if self.profile.is_some() {
@@ -114,30 +89,25 @@ impl Lockstep {
         self.batch.fetch()?;
         watch.part(&mut self.profile, "read");
         let (batch, lanes) = (&self.batch, &self.lanes);
-        let ends: Vec<Option<End>> = turns
-            .par_iter_mut()
-            .zip(&starts)
-            .map(|(turn, start)| {
-                let lent = start.lent.as_ref()?;
-                Some(take_back(batch, occupant(lanes, turn.lane), turn, lent))
-            })
-            .collect();
+        let lent = spans.par_iter_mut().zip(&starts);
+        let ends: Vec<End> = lent.map(|(span, start)| take_back(batch, lanes, span, start)).collect();
         watch.part(&mut self.profile, "take_back");
-        self.tally.count(starts.iter().map(|start| start.place));
-        for (turn, end) in turns.iter().zip(ends) {
-            if let (Some(End { impulse, faults, is_calm, is_off_stem }), Some(occupant)) =
-                (end, &mut self.lanes[turn.lane])
-            {
-                self.tally.calm += u64::from(is_calm);
-                let [lost, unsolved] = [0, 1].map(|k| u64::from(faults[k] - occupant.faults[k]));
-                self.tally.contacts_lost += lost;
-                self.tally.contacts_unsolved += unsolved;
-                (occupant.impulse, occupant.faults) = (impulse, faults);
-                if is_off_stem {
-                    // The device takes it anew.
-                    occupant.is_on_device = false;
-                    self.batch.retire(turn.lane);
-                }
+        let there = ends.iter().map(|end| (Where::Device, end.frames));
+        let here = starts.iter().flat_map(|start| &start.here).map(|place| (*place, 1));
+        self.tally.count(there.chain(here));
+        for (span, end) in spans.iter().zip(ends) {
+            let (lane, Some(last)) = (span.lane(), end.last) else { continue };
+            let Some(occupant) = &mut self.lanes[lane] else { continue };
+            self.tally.calm += end.calm as u64;
+            let faults = [last.lost, last.unsolved];
+            let [lost, unsolved] = [0, 1].map(|k| u64::from(faults[k] - occupant.faults[k]));
+            self.tally.contacts_lost += lost;
+            self.tally.contacts_unsolved += unsolved;
+            (occupant.impulse, occupant.faults) = (f64::from(last.contact_impulse), faults);
+            if end.is_off_stem {
+                // The device takes it anew.
+                occupant.is_on_device = false;
+                self.batch.retire(lane);
             }
         }
         watch.part(&mut self.profile, "count");
@@ -155,14 +125,14 @@ impl Lockstep {
     /// # Panics
     /// A world that is behind has not entered the lane, or its frame is not over.
     pub fn catch_up(&mut self, worlds: &mut [(usize, &mut World)]) -> Result<(), GpuError> {
-        let mut wishes = vec![Wish::Nothing; self.lanes.len()];
+        let mut asked = vec![false; self.lanes.len()];
         for (lane, _) in worlds.iter().filter(|(_, world)| world.is_behind()) {
-            wishes[*lane] = Wish::Whole;
+            asked[*lane] = true;
         }
-        if !wishes.contains(&Wish::Whole) {
+        if !asked.contains(&true) {
             return Ok(());
         }
-        self.batch.ask(&wishes);
+        self.batch.ask(&asked);
         self.batch.fetch()?;
         let batch = &self.batch;
         worlds.par_iter_mut().filter(|(_, world)| world.is_behind()).for_each(|(lane, world)| {
@@ -174,16 +144,17 @@ impl Lockstep {
     }
 
     /// Takes worlds from the device that are computed here, and puts those on it that are computed there.
-    fn exchange(&mut self, turns: &[Turn<'_>], starts: &[Start]) -> Result<(), GpuError> {
-        let mut coming = Vec::new();
-        for (turn, start) in turns.iter().zip(starts) {
-            let Some(occupant) = &mut self.lanes[turn.lane] else { continue };
+    fn exchange<S: Span>(&mut self, spans: &mut [S], starts: &[Start]) -> Result<(), GpuError> {
+        let mut coming: Vec<(usize, &World)> = Vec::new();
+        for (span, start) in spans.iter_mut().zip(starts) {
+            let lane = span.lane();
+            let Some(occupant) = &mut self.lanes[lane] else { continue };
             match (start.place, occupant.is_on_device) {
-                (Where::Device, false) => coming.push(turn),
+                (Where::Device, false) => coming.push((lane, span.frames().0)),
                 (Where::Device, true) => {}
                 (_, true) => {
                     occupant.is_on_device = false;
-                    self.batch.retire(turn.lane);
+                    self.batch.retire(lane);
                 }
                 (_, false) => {}
             }
@@ -191,56 +162,46 @@ impl Lockstep {
         let lanes = &self.lanes;
         let trees: Vec<_> = coming
             .par_iter()
-            .map(|turn| occupant(lanes, turn.lane).tree.in_state_of(turn.world.data().clone()))
+            .map(|(lane, world)| occupant(lanes, *lane).tree.in_state_of(world.data().clone()))
             .collect();
-        let fitted: Vec<_> = coming.iter().map(|turn| occupant(lanes, turn.lane).fitted.clone()).collect();
-        let starts: Vec<_> = coming.iter().map(|turn| turn.world.x_world_start()).collect();
+        let fitted: Vec<_> = coming.iter().map(|(lane, _)| occupant(lanes, *lane).fitted.clone()).collect();
+        let starts: Vec<_> = coming.iter().map(|(_, world)| world.x_world_start()).collect();
         let tenants = coming.iter().zip(&trees).zip(fitted.iter().zip(&starts));
         let tenants: Vec<Tenant<'_>> = tenants
-            .filter_map(|((turn, tree), (fitted, x_world_odom))| {
+            .filter_map(|((&(lane, world), tree), (fitted, x_world_odom))| {
                 Some(Tenant {
-                    lane: turn.lane,
-                    is_back: occupant(lanes, turn.lane).is_planted,
+                    lane,
+                    is_back: occupant(lanes, lane).is_planted,
                     tree,
                     fitted: fitted.as_deref()?,
                     x_world_odom,
-                    model: turn.world.model(),
-                    handle: turn.world.handle(),
-                    data: turn.world.data(),
-                    start: turn.world.start(),
-                    set_points: turn.world.set_points(),
+                    model: world.model(),
+                    handle: world.handle(),
+                    data: world.data(),
+                    start: world.start(),
+                    set_points: world.set_points(),
                 })
             })
             .collect();
         self.batch.plant(&tenants)?;
-        for turn in coming {
-            if let Some(occupant) = &mut self.lanes[turn.lane] {
+        for (lane, _) in coming {
+            if let Some(occupant) = &mut self.lanes[lane] {
                 (occupant.is_on_device, occupant.is_planted) = (true, true);
                 (occupant.impulse, occupant.faults) = (0.0, [0; 2]);
             }
         }
         Ok(())
     }
-
-    /// Takes worlds from the device about whose lanes nothing is asked: they have no turn now, or are computed here.
-    fn pause_others(&mut self, wishes: &[Wish]) {
-        for (lane, (occupant, wish)) in self.lanes.iter_mut().zip(wishes).enumerate() {
-            if let Some(occupant) = occupant
-                && occupant.is_on_device
-                && *wish == Wish::Nothing
-            {
-                occupant.is_on_device = false;
-                self.batch.retire(lane);
-            }
-        }
-    }
 }
 
-/// Numbers of a lane after a frame on the device.
+/// End of a world's frames on the device.
+#[derive(Default)]
 struct End {
-    impulse: f64,
-    faults: [u32; 2],
-    is_calm: bool,
+    /// Frames taken there, and those of them that were calm.
+    frames: usize,
+    calm: usize,
+    /// News after the last of them.
+    last: Option<News>,
     /// True if a fruit came off or into the hand.
     is_off_stem: bool,
 }
@@ -249,53 +210,96 @@ fn occupant(lanes: &[Option<Occupant>], lane: usize) -> &Occupant {
     lanes[lane].as_ref().unwrap_or_else(|| panic!("no world has entered lane {lane}"))
 }
 
-/// Starts the frame of a world, if it need not catch up before.
-fn start_of(lanes: &[Option<Occupant>], turn: &mut Turn<'_>) -> Start {
-    let occupant = occupant(lanes, turn.lane);
-    let Outlook { stays, is_whole } = turn.world.outlook(&turn.command);
+/// Finds where the next frames of a world are computed.
+fn start_of<S: Span>(lanes: &[Option<Occupant>], span: &mut S) -> Start {
+    let (occupant, is_whole) = (occupant(lanes, span.lane()), span.is_whole());
+    let (world, given) = span.frames();
+    let commands = &given[..given.len().min(MOST_FRAMES)];
+    let Outlook { stays, frames, is_whole: is_needed } = world.outlook(commands);
     let place = match (&occupant.fitted, stays) {
         (None, _) => Where::TooLarge,
         (Some(_), Some(stay)) => Where::Here(stay),
         (Some(_), None) => Where::Device,
     };
     let is_there = place == Where::Device && occupant.is_on_device;
-    let is_late = !is_there && turn.world.is_behind();
-    let lent = (place == Where::Device && !is_late).then(|| turn.world.lend(&turn.command));
+    let is_late = !is_there && world.is_behind();
     // One that comes to the device knows nothing of its fruit a frame ago.
-    let wish = if turn.is_whole || is_whole || !is_there { Wish::Whole } else { Wish::News };
-    Start { place, wish, lent, is_late }
+    let frames = if is_there { frames } else { 1 };
+    let is_last = frames == given.len();
+    let lent = if place == Where::Device { frames } else { 0 };
+    let commands = world.coming(commands).take(lent).copied().collect();
+    Start {
+        place,
+        commands,
+        is_whole: (is_whole && is_last) || is_needed || !is_there,
+        is_late,
+        here: Vec::new(),
+    }
 }
 
-/// Ends a frame of a world by the motion that was read from the device.
-fn take_back(batch: &WorldBatch, occupant: &Occupant, turn: &mut Turn<'_>, lent: &Lent) -> End {
-    let lane = turn.lane;
-    let news @ News { lost, unsolved, .. } = batch.news(lane);
-    let impulse = f64::from(news.contact_impulse);
-    let mut end = End { impulse, faults: [lost, unsolved], is_calm: !news.is_whole, is_off_stem: false };
-    let (impulse, peak_force) = (impulse - occupant.impulse, f64::from(news.peak_contact_force));
-    if end.is_calm {
-        turn.world.take_back_calm(|model, handle, data| Calm {
-            set_points: batch.store_driven(lane, model, handle, data),
-            impulse,
-            peak_force,
-            excess: f64::from(news.excess),
-            tension: f64::from(news.tension),
-        });
-        return end;
+/// Computes frames of a world here until it may go to the device, the first one for a reason that is known; returns the reasons.
+fn step_here<S: Span>(span: &mut S, first: Where) -> Vec<Where> {
+    let mut places = Vec::new();
+    for frame in 0..span.frames().1.len() {
+        let (world, commands) = span.frames();
+        let command = commands[0];
+        let place = match first {
+            Where::Here(_) if frame > 0 => match world.outlook(&[command]).stays {
+                Some(stay) => Where::Here(stay),
+                None => break,
+            },
+            known => known,
+        };
+        world.step(&command);
+        places.push(place);
+        if !span.after_frame() {
+            break;
+        }
     }
-    end.is_off_stem = turn.world.take_back(lent, |model, handle, data| {
-        let set_points = batch.store_driven(lane, model, handle, data);
-        let meeting = batch.store_whole(lane, model, data).unwrap_or_default();
-        let contacts = meeting.contacts.iter().map(|contact| ContactReport {
-            a: occupant.of_tree[contact.tree],
-            b: occupant.of_robot[contact.robot],
-            p_world: contact.p_world,
-            n_world: contact.n_world,
-            gap: contact.gap,
-            force_world: contact.force_world,
-        });
-        let v_fruit_before = batch.fruit_before(lane).collect();
-        Moved { set_points, contacts: contacts.collect(), impulse, peak_force, v_fruit_before }
-    });
+    places
+}
+
+/// Takes the frames of a world, if it was lent, with the motion that was read from the device.
+fn take_back<S: Span>(batch: &WorldBatch, lanes: &[Option<Occupant>], span: &mut S, start: &Start) -> End {
+    let mut end = End::default();
+    let lane = span.lane();
+    let occupant = occupant(lanes, lane);
+    let mut impulse_before = occupant.impulse;
+    for frame in 0..start.commands.len() {
+        let (world, commands) = span.frames();
+        let (command, news) = (commands[0], batch.news(lane, frame));
+        let impulse = f64::from(news.contact_impulse) - impulse_before;
+        let peak_force = f64::from(news.peak_contact_force);
+        (end.frames, end.last) = (frame + 1, Some(news));
+        impulse_before = f64::from(news.contact_impulse);
+        if news.is_whole {
+            end.is_off_stem = world.take_back(&command, |model, handle, data| {
+                let set_points = batch.store_driven((lane, frame), model, handle, data);
+                let meeting = batch.store_whole(lane, model, data).unwrap_or_default();
+                let contacts = meeting.contacts.iter().map(|contact| ContactReport {
+                    a: occupant.of_tree[contact.tree],
+                    b: occupant.of_robot[contact.robot],
+                    p_world: contact.p_world,
+                    n_world: contact.n_world,
+                    gap: contact.gap,
+                    force_world: contact.force_world,
+                });
+                let v_fruit_before = batch.fruit_before(lane).collect();
+                Moved { set_points, contacts: contacts.collect(), impulse, peak_force, v_fruit_before }
+            });
+        } else {
+            end.calm += 1;
+            world.take_back_calm(&command, |model, handle, data| Calm {
+                set_points: batch.store_driven((lane, frame), model, handle, data),
+                impulse,
+                peak_force,
+                excess: f64::from(news.excess),
+                tension: f64::from(news.tension),
+            });
+        }
+        if !span.after_frame() || news.is_whole {
+            break;
+        }
+    }
     end
 }

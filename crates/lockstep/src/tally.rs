@@ -42,11 +42,11 @@ pub struct Tally {
 }
 
 impl Tally {
-    /// Counts frames by their places.
-    pub(crate) fn count(&mut self, places: impl Iterator<Item = Where>) {
+    /// Counts frames by their places, each with the number of them.
+    pub(crate) fn count(&mut self, places: impl Iterator<Item = (Where, usize)>) {
         let mut counts: BTreeMap<Where, u64> = BTreeMap::new();
-        for place in places {
-            *counts.entry(place).or_default() += 1;
+        for (place, frames) in places {
+            *counts.entry(place).or_default() += frames as u64;
         }
         for (place, count) in counts {
             *self.frames.entry(place.name().to_owned()).or_default() += count;

@@ -6,7 +6,7 @@ mod device;
 use std::sync::Arc;
 
 use device::device;
-use orchard_lockstep::{Lockstep, LockstepError, Turn};
+use orchard_lockstep::{Lockstep, LockstepError, Span, Turn};
 use orchard_robot::{Command, RobotModel};
 use orchard_spec::{Preset, Spec};
 use orchard_world::World;
@@ -183,6 +183,102 @@ fn calm_frames_leave_the_tree_behind_and_change_nothing() {
     assert!(were_behind > 40 && touched > 20, "{were_behind} {touched}");
     assert_eq!(u64::from(were_behind), lazy.tally().calm, "{:?}", lazy.tally());
     assert_eq!(whole.tally().calm, 0);
+}
+
+/// A world with the commands of some frames, of which some are taken.
+struct Course<'a> {
+    lane: usize,
+    world: &'a mut World,
+    commands: Vec<Command>,
+    taken: usize,
+}
+
+impl Span for Course<'_> {
+    fn lane(&self) -> usize {
+        self.lane
+    }
+
+    fn frames(&mut self) -> (&mut World, &[Command]) {
+        (self.world, &self.commands[self.taken..])
+    }
+
+    fn is_whole(&self) -> bool {
+        false
+    }
+
+    fn after_frame(&mut self) -> bool {
+        self.taken += 1;
+        true
+    }
+}
+
+/// Frames that are given together end where something happens, and have the bits of frames that are given one by one.
+#[test]
+fn frames_given_together_change_no_bit() {
+    const FRAMES: u32 = 4;
+    let samples = worlds_of(Spec::paper(), 3);
+    let Some(mut single) = together_of(&samples, 3) else { return };
+    let mut many = together_of(&samples, 3).unwrap();
+    let mut all = [samples.clone(), samples];
+    for (together, worlds) in [&mut single, &mut many].into_iter().zip(&all) {
+        for (lane, world) in worlds.iter().enumerate() {
+            together.enter(lane, world).unwrap();
+        }
+    }
+    let command_of = |lane: usize, frame: u32| {
+        let mut command = command_at(frame);
+        // They meet the tree at different times, and back out.
+        command.base_velocity[0] = if frame < 40 { 0.8 - 0.1 * lane as f64 } else { -0.8 };
+        command
+    };
+    let [one_by_one, together] = &mut all;
+    let (mut rounds, mut blocks) = (0, 0);
+    for first in (0..60).step_by(FRAMES as usize) {
+        for frame in first..first + FRAMES {
+            let turns = one_by_one.iter_mut().enumerate().map(|(lane, world)| {
+                let command = command_of(lane, frame);
+                Turn { lane, world, command, is_whole: false }
+            });
+            single.step(&mut turns.collect::<Vec<_>>()).unwrap();
+        }
+        let mut courses: Vec<Course<'_>> = together
+            .iter_mut()
+            .enumerate()
+            .map(|(lane, world)| {
+                let commands = (first..first + FRAMES).map(|frame| command_of(lane, frame)).collect();
+                Course { lane, world, commands, taken: 0 }
+            })
+            .collect();
+        blocks += 1;
+        while !courses.is_empty() {
+            rounds += 1;
+            many.step(&mut courses).unwrap();
+            courses.retain(|course| course.taken < course.commands.len());
+        }
+        for (lane, (world, other)) in one_by_one.iter_mut().zip(&mut *together).enumerate() {
+            assert_eq!(world.frame(), other.frame());
+            assert_eq!(robot_apart(world, other), 0.0, "world {lane}, frame {first}");
+            assert_eq!(world.drain_events(), other.drain_events(), "world {lane}, frame {first}");
+            assert_eq!(world.wood_load(), other.wood_load(), "world {lane}, frame {first}");
+            let [a, b] = [&*world, &*other].map(World::sense);
+            assert_eq!(
+                (a.arm_torque, a.base_pose),
+                (b.arm_torque, b.base_pose),
+                "world {lane}, frame {first}"
+            );
+        }
+    }
+    for (together, worlds) in [(&mut single, &mut *one_by_one), (&mut many, &mut *together)] {
+        together.catch_up(&mut worlds.iter_mut().enumerate().collect::<Vec<_>>()).unwrap();
+    }
+    for (world, other) in one_by_one.iter().zip(&*together) {
+        assert_eq!(world.state_digest(), other.state_digest());
+    }
+    assert!(one_by_one.iter().any(|world| world.wood_load().contact_impulse > 0.0), "they touched no wood");
+    let tallies = [single, many].map(|together| together.tally().clone());
+    assert_eq!(tallies[0], tallies[1]);
+    // Some are held in the midst of their frames, others take all of them in one round.
+    assert!(rounds > blocks + 4 && rounds < 4 * blocks, "{rounds} rounds of {blocks} blocks");
 }
 
 /// A fruit that falls takes its world from the device, until it lies still.

@@ -31,6 +31,11 @@ impl StallWatch {
         }
     }
 
+    /// Number of frames after which the robot may have stalled, at the earliest; at least 1.
+    pub fn frames_left(&self) -> u32 {
+        self.limit.saturating_sub(self.still).max(1)
+    }
+
     /// Adds the observation of a frame; returns true once the robot has stalled.
     pub fn stalled(&mut self, observation: &Observation) -> bool {
         let (arm, base) = (observation.arm_q, observation.base_pose);
@@ -69,5 +74,12 @@ mod tests {
         let still = (0..20).position(|_| watch.stalled(&seen)).unwrap();
         // Drift reset the anchor at most 11 frames before it ended.
         assert!((3..15).contains(&still), "{still}");
+        let mut watch = StallWatch::new(&Protocol::paper().rules, 1.0);
+        seen.base_pose[0] += 1.0;
+        assert!(!watch.stalled(&seen));
+        for left in (1..=15).rev() {
+            assert_eq!(watch.frames_left(), left);
+            assert_eq!(watch.stalled(&seen), left == 1);
+        }
     }
 }

@@ -1,8 +1,8 @@
 //! Frames whose motion is computed elsewhere, on a graphics device.
 //!
-//! The world is lent for a frame: [`World::lend`] begins the frame, [`World::take_back`] ends it with the motion that came of it. All rules of a frame, sensors, ruptures, stems, events,
+//! The world is lent for some frames under commands that are known before ([`World::coming`]). [`World::take_back`] takes a frame with the motion that came of it: all rules of a frame, sensors, ruptures, stems, events,
 //! loads, are applied here, as in [`World::step`]. What a device does not know is computed here: then [`World::outlook`] tells why.
-//! After a calm frame ([`World::take_back_calm`]) only the robot is brought here; wood and fruit follow when they are needed.
+//! After a calm frame ([`World::take_back_calm`]) only the robot is brought here; wood and fruit follow when they are needed. A frame that is not calm is the last one that is lent.
 
 use crate::World;
 use crate::event::Status;
@@ -57,22 +57,15 @@ impl Stay {
     }
 }
 
-/// Time until the robot may touch itself, the ground, posts or wires, or a fruit in its hand all but the robot, in frames.
+/// Time until the robot may touch itself, the ground, posts or wires, or a fruit in its hand all but the robot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Nearness {
     /// In the next frame.
     Now,
     /// In the one after it.
     Soon,
-    /// Later, or never.
-    Far,
-}
-
-/// A frame under way elsewhere.
-#[derive(Debug, Clone, Copy)]
-pub struct Lent {
-    /// The command that acts in it, after the delay of the world's commands.
-    pub command: Command,
+    /// Later than that, or never: not in so many frames and the one after them.
+    Far(usize),
 }
 
 /// All that came of a frame besides the motion.
@@ -105,26 +98,40 @@ pub struct Calm {
     pub tension: f64,
 }
 
-/// Outlook on the next frame.
+/// Outlook on the next frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Outlook {
-    /// Reason for which it is computed here; `None` if it may be lent.
+    /// Reason for which the next frame is computed here; `None` if it may be lent.
     pub stays: Option<Stay>,
-    /// True if the motion of wood and fruit is needed at its end, whatever happens in it.
+    /// Number of frames for which the world may be lent if all but the last are calm; at least 1.
+    pub frames: usize,
+    /// True if the motion of wood and fruit is needed at their end, whatever happens in them.
     pub is_whole: bool,
 }
 
 impl World {
-    /// Tells where the next frame under a command can be computed, and if it may be calm.
-    pub fn outlook(&mut self, command: &Command) -> Outlook {
-        let nearness = self.nearness();
-        let stays = self.stays(command).or((nearness == Nearness::Now).then_some(Stay::Near));
+    /// The commands that act in the next frames, after the delay of the world's commands, if it is given some now.
+    pub fn coming<'a>(&'a self, commands: &'a [Command]) -> impl Iterator<Item = &'a Command> {
+        self.state.commands.iter().chain(commands).take(commands.len())
+    }
+
+    /// Tells where the next frames under some commands, at least one, can be computed, and if they may be calm.
+    ///
+    /// # Panics
+    /// There is no command.
+    pub fn outlook(&mut self, commands: &[Command]) -> Outlook {
+        let nearness = self.nearness(commands.len());
+        let stays = self.stays(&commands[0]).or((nearness == Nearness::Now).then_some(Stay::Near));
         let (spec, state) = (&*self.spec, &self.state);
-        let is_whole = nearness != Nearness::Far
-            || spec.fault.is_some()
-            || self.shutter.keeps(state.frame + 1)
-            || !state.is_calm();
-        Outlook { stays, is_whole }
+        let most = match nearness {
+            Nearness::Far(frames) if spec.fault.is_none() && state.is_calm() => frames,
+            _ => return Outlook { stays, frames: 1, is_whole: true },
+        };
+        let has_cup = self.parts.handle.cup.is_some();
+        let opens = self.coming(commands).skip(1).position(|command| has_cup && opens_valve(command));
+        let most = opens.map_or(most, |calm| calm + 1);
+        let kept = (1..=most).find(|&frame| self.shutter.keeps(state.frame + frame as u32));
+        Outlook { stays, frames: kept.unwrap_or(most), is_whole: kept.is_some() }
     }
 
     fn stays(&mut self, command: &Command) -> Option<Stay> {
@@ -144,13 +151,12 @@ impl World {
                 return Some(Stay::Loose);
             }
         }
-        let valve = state.commands.front().unwrap_or(command).vacuum;
-        let is_open = valve > 0.0 || valve.is_nan() || state.suction.vacuum != 0.0;
+        let is_open = opens_valve(state.commands.front().unwrap_or(command)) || state.suction.vacuum != 0.0;
         (parts.handle.cup.is_some() && is_open).then_some(Stay::Cup)
     }
 
-    /// Finds when the robot may touch itself, the ground, posts or wires, and a fruit in its hand these or other fruit, from the speeds of robot and fruit.
-    fn nearness(&mut self) -> Nearness {
+    /// Finds when, looking some frames ahead, the robot may touch itself, the ground, posts or wires, and a fruit in its hand these or other fruit, from the speeds of robot and fruit.
+    fn nearness(&mut self, most: usize) -> Nearness {
         let (spec, parts, state) = (&*self.spec, &*self.parts, &mut self.state);
         let State { data, vicinity, speeds, groups_beside, fruit, .. } = state;
         let (data, base) = (&*data, parts.handle.base);
@@ -186,8 +192,10 @@ impl World {
             };
             vicinity.any(&parts.model, data, groups, way)
         };
-        if !is_near(2.0) {
-            Nearness::Far
+        if !is_near(most as f64 + 1.0) {
+            Nearness::Far(most)
+        } else if !is_near(2.0) {
+            Nearness::Far(1)
         } else if is_near(1.0) {
             Nearness::Now
         } else {
@@ -195,22 +203,16 @@ impl World {
         }
     }
 
-    /// Begins a frame elsewhere under a command.
-    pub fn lend(&mut self, command: &Command) -> Lent {
-        let (spec, parts, state) = (&*self.spec, &*self.parts, &mut self.state);
-        let command = state.begin(spec, parts, command);
-        state.keep_velocities(parts);
-        Lent { command }
-    }
-
-    /// Ends a frame that was lent. `write` writes coordinates, velocities, the motion of fruit that hang or are in the hand, and the servos' inputs of the last substep into the state. Returns true if a fruit came off or came
+    /// Takes a frame that was lent, under a command that was given to the world. `write` writes coordinates, velocities, the motion of fruit that hang or are in the hand, and the servos' inputs of the last substep into the state. Returns true if a fruit came off or came
     /// into the hand at its end: then it moves in another way from now on.
     pub fn take_back(
         &mut self,
-        lent: &Lent,
+        command: &Command,
         write: impl FnOnce(&Model, &RobotHandle, &mut Data) -> Moved,
     ) -> bool {
         let (spec, parts, state) = (&*self.spec, &*self.parts, &mut self.state);
+        let command = state.begin(spec, parts, command);
+        state.keep_velocities(parts);
         let off_stem = |data: &Data| {
             let count = |flags: &[bool]| flags.iter().filter(|flag| **flag).count();
             [count(&data.tethered), count(&data.point_carried)]
@@ -228,15 +230,20 @@ impl World {
             state.load.add_frame(impulse, peak_force);
             state.end_substep(parts);
         }
-        state.finish(spec, parts, &self.start, lent.command.vacuum);
+        state.finish(spec, parts, &self.start, command.vacuum);
         self.end_of_frame();
         off_stem(&self.state.data) != before
     }
 
-    /// Ends a frame that was lent and was calm: nothing broke or came off, no contact bore load at its end, no joint bore more than before. Wood and fruit stay behind ([`Self::is_behind`]). `write` writes coordinates and velocities of the robot
+    /// Takes a frame that was lent, under a command that was given to the world, and was calm: nothing broke or came off, no contact bore load at its end, no joint bore more than before. Wood and fruit stay behind ([`Self::is_behind`]). `write` writes coordinates and velocities of the robot
     /// and the servos' inputs of the last substep into the state. The report of contacts is empty then, without the open ones.
-    pub fn take_back_calm(&mut self, write: impl FnOnce(&Model, &RobotHandle, &mut Data) -> Calm) {
+    pub fn take_back_calm(
+        &mut self,
+        command: &Command,
+        write: impl FnOnce(&Model, &RobotHandle, &mut Data) -> Calm,
+    ) {
         let (spec, parts, state) = (&*self.spec, &*self.parts, &mut self.state);
+        state.begin(spec, parts, command);
         let Calm { set_points, impulse, peak_force, excess, tension } =
             write(&parts.model, &parts.handle, &mut state.data);
         state.is_behind = true;
@@ -275,6 +282,11 @@ impl World {
     pub fn set_points(&self) -> &SetPoints {
         self.state.servos.set_points()
     }
+}
+
+/// True if a command lets air out of a suction cup; one that is not a number may.
+fn opens_valve(command: &Command) -> bool {
+    command.vacuum > 0.0 || command.vacuum.is_nan()
 }
 
 #[cfg(test)]

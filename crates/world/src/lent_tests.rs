@@ -24,7 +24,7 @@ fn a_robot_that_may_touch_itself_or_the_ground_stays_here() {
                     command.arm_q[k] = start.arm_q[k] + draws.uniform(-2.5, 2.5);
                 }
             }
-            let stays = world.outlook(&command).stays.is_some();
+            let stays = world.outlook(&[command]).stays.is_some();
             world.step(&command);
             let model = world.model();
             let is_robots = |id| {
@@ -74,7 +74,7 @@ fn a_fruit_in_the_hand_is_lent_where_it_meets_the_robot_alone() {
         put(&mut world, places);
         (0..frames).for_each(|_| world.step(&command));
         let phases: Vec<Phase> = (0..places.len()).map(|i| world.fruit_lives().phase(i)).collect();
-        (phases, world.outlook(&command).stays)
+        (phases, world.outlook(&[command]).stays)
     };
     let aloft = Vec3::new(-2.0, 2.0, 1.5);
     let [radius, other] = [0, 1].map(|i| world.fruit().fruit[i].radius);

@@ -24,6 +24,7 @@ mod scenery;
 mod sensing;
 mod snapshot;
 mod snapshot_error;
+mod span;
 mod state;
 mod suction;
 pub mod terrain;
@@ -38,12 +39,13 @@ pub use camera::{CameraTruth, Sight};
 pub use envelope::FORMAT_VERSION;
 pub use event::{Status, WorldEvent};
 pub use identity::Difference;
-pub use lent::{Calm, Lent, Moved, Outlook, Stay};
+pub use lent::{Calm, Moved, Outlook, Stay};
 pub use load::WoodLoad;
 pub use orchard_fruit::Release;
 pub use planting::{Appearance, Planting, tree_scene};
 pub use snapshot::Snapshot;
 pub use snapshot_error::SnapshotError;
+pub use span::{Span, Turn};
 pub use world::World;
 
 /// Compiles and runs the example of the README.

@@ -1,8 +1,8 @@
-// Tells the host what happened to the worlds of lanes in a frame, and gives the motion of a tree only where something did. A workgroup is a lane.
+// Tells the host what happened to the worlds of lanes in a frame, and gives the motion of a tree only where something did. There a world is held until it is given frames anew.
 
 @group(0) @binding(0) var<storage, read> tables: array<vec4u>;
 @group(0) @binding(1) var<storage, read> meetings: array<vec4f>;
-@group(0) @binding(2) var<storage, read> worlds: array<f32>;
+@group(0) @binding(2) var<storage, read_write> worlds: array<f32>;
 @group(0) @binding(3) var<storage, read> links: array<vec4f>;
 @group(0) @binding(4) var<storage, read> fruits: array<vec4f>;
 @group(0) @binding(5) var<storage, read> asked: array<u32>;
@@ -18,18 +18,69 @@ const RECORD_QUADS: u32 = (MEETING_FIELDS + MEETING_MOST_CONTACTS * CONTACT_FIEL
 // Number of contacts that bear load, or are not finite.
 var<workgroup> loaded: atomic<u32>;
 var<workgroup> own_slot: u32;
+// Number of the frame among those that the world was given.
+var<workgroup> own_frame: u32;
 
 fn head(field: u32) -> u32 {
     return tables[field / QUAD][field % QUAD];
 }
 
+// First field of the world of a lane.
+fn world_of(lane: u32) -> u32 {
+    return tables[head(HEAD_PLACES) + lane * head(HEAD_PLACE) + PLACE_WORLD / QUAD][PLACE_WORLD % QUAD];
+}
+
+fn world_bits(own_world: u32, field: u32) -> u32 {
+    return bitcast<u32>(worlds[own_world + field * LANES]);
+}
+
+fn set_world_bits(own_world: u32, field: u32, value: u32) {
+    worlds[own_world + field * LANES] = bitcast<f32>(value);
+}
+
+fn frames_of(lane: u32) -> u32 {
+    return asked[ASKED_FIELDS + lane] >> WISH_FRAMES_BIT;
+}
+
+// Gives worlds the frames that they are to take, and holds the others. A thread is a lane.
+@compute @workgroup_size(THREADS)
+fn give(@builtin(global_invocation_id) id: vec3u) {
+    let lane = id.x;
+    if lane >= asked[ASKED_LANES] {
+        return;
+    }
+    let own_world = world_of(lane);
+    let stopped = world_bits(own_world, WORLD_STOPPED);
+    if frames_of(lane) == 0u && stopped == 0u {
+        set_world_bits(own_world, WORLD_STOPPED, WORLD_HELD);
+    } else if frames_of(lane) != 0u && stopped == WORLD_HELD {
+        set_world_bits(own_world, WORLD_STOPPED, 0u);
+    }
+    set_world_bits(own_world, WORLD_TAKEN, 0u);
+}
+
+// Number of the frame that a lane has just taken, or 0 if it was given none and is asked nevertheless.
+fn frame_of(lane: u32) -> u32 {
+    if frames_of(lane) == 0u {
+        return select(0u, NOWHERE, asked[ASKED_FIELDS + lane] == WISH_NOTHING);
+    }
+    let own_world = world_of(lane);
+    return select(world_bits(own_world, WORLD_TAKEN), NOWHERE, world_bits(own_world, WORLD_STOPPED) == WORLD_HELD);
+}
+
+// A workgroup is a lane.
 @compute @workgroup_size(THREADS)
 fn tell(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {
     let lane = group.x;
-    let wish = asked[ASKED_FIELDS + lane];
-    if wish == WISH_NOTHING {
+    if thread == 0u {
+        own_frame = frame_of(lane);
+    }
+    let frame = workgroupUniformLoad(&own_frame);
+    if frame == NOWHERE {
         return;
     }
+    let wish = asked[ASKED_FIELDS + lane] & ((1u << WISH_FRAMES_BIT) - 1u);
+    let is_last = frame + 1u >= frames_of(lane);
     let record = head(HEAD_RECORDS) + lane * head(HEAD_RECORD);
     let numbers = array(meetings[record], meetings[record + 1u]);
     let contacts = min(bitcast<u32>(numbers[MEETING_LAST / QUAD][MEETING_LAST % QUAD]), MEETING_MOST_CONTACTS);
@@ -45,18 +96,23 @@ fn tell(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) th
     }
     workgroupBarrier();
     if thread == 0u {
-        let own_world = tables[head(HEAD_PLACES) + lane * head(HEAD_PLACE) + PLACE_WORLD / QUAD][PLACE_WORLD % QUAD];
-        let notice = bitcast<u32>(worlds[own_world + WORLD_NOTICE * LANES]) & ~NOTICE_STALE;
-        let is_stopped = bitcast<u32>(worlds[own_world + WORLD_STOPPED * LANES]) != 0u;
+        let own_world = world_of(lane);
+        let notice = world_bits(own_world, WORLD_NOTICE) & ~NOTICE_STALE;
+        let is_stopped = world_bits(own_world, WORLD_STOPPED) != 0u;
         var slot = NOWHERE;
-        if wish == WISH_WHOLE || notice != 0u || is_stopped || atomicLoad(&loaded) != 0u {
+        if (wish == WISH_WHOLE && is_last) || notice != 0u || is_stopped || atomicLoad(&loaded) != 0u {
             slot = atomicAdd(&given, 1u);
         }
         own_slot = slot;
-        told[2u * lane] = vec4f(bitcast<f32>(slot), numbers[0].yz, numbers[1].x);
+        let at = 2u * (frame * asked[ASKED_LANES] + lane);
+        told[at] = vec4f(bitcast<f32>(slot), numbers[0].yz, numbers[1].x);
         let excess = worlds[own_world + WORLD_EXCESS * LANES];
         let tension = worlds[own_world + WORLD_TENSION * LANES];
-        told[2u * lane + 1u] = vec4f(numbers[1].y, excess, tension, 0.0);
+        told[at + 1u] = vec4f(numbers[1].y, excess, tension, 0.0);
+        set_world_bits(own_world, WORLD_TAKEN, frame + 1u);
+        if is_last || slot != NOWHERE {
+            set_world_bits(own_world, WORLD_STOPPED, WORLD_HELD);
+        }
     }
     workgroupBarrier();
     let slot = own_slot;
@@ -65,9 +121,10 @@ fn tell(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) th
     let most_fruit = asked[ASKED_FRUIT];
     let link_places = ASKED_FIELDS + lanes + lane * most_links;
     let fruit_places = ASKED_FIELDS + lanes * (1u + most_links) + lane * 3u * most_fruit;
-    let before = TOLD_FIELDS / QUAD * lanes + lane * most_fruit;
+    let numbers_end = TOLD_FIELDS / QUAD * WISH_MOST_FRAMES * lanes;
+    let before = numbers_end + lane * most_fruit;
     let each = most_links + 4u * most_fruit + RECORD_QUADS;
-    let own = TOLD_FIELDS / QUAD * lanes + most_fruit * lanes + slot * each;
+    let own = numbers_end + most_fruit * lanes + slot * each;
     if slot != NOWHERE {
         for (var k = thread; k < most_links; k += THREADS) {
             let place = asked[link_places + k];

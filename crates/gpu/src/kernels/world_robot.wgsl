@@ -9,6 +9,9 @@ fn robot_begin(@builtin(workgroup_id) block: vec3u, @builtin(local_invocation_in
     }
     load_world(block.x, thread);
     enter_world(index);
+    if is_held() {
+        return;
+    }
     if rules.substep == 0u {
         begin_frame();
     }
@@ -17,6 +20,11 @@ fn robot_begin(@builtin(workgroup_id) block: vec3u, @builtin(local_invocation_in
         keep_system();
     }
     store_world(block.x, thread);
+}
+
+// True if the world stands in its lane.
+fn is_held() -> bool {
+    return bitcast<u32>(worlds[world_at(WORLD_STOPPED)]) == WORLD_HELD;
 }
 
 fn begin_frame() {
@@ -96,7 +104,7 @@ fn robot_end(@builtin(workgroup_id) block: vec3u, @builtin(local_invocation_inde
     }
     load_world(block.x, thread);
     enter_world(index);
-    if bits(ROBOT_STOPPED) != 0u {
+    if bits(ROBOT_STOPPED) != 0u || is_held() {
         return;
     }
     if bitcast<u32>(system(SYSTEM_CONTACTS)) == 0u {

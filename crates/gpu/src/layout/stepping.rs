@@ -247,7 +247,7 @@ fields! {
     world {
         /// Position of its trunk's base in the world [m] (3).
         P = 0,
-        /// Frame at whose end it was found to be non-finite; 0 while it runs.
+        /// Frame at whose end it was found to be non-finite; 0 while it runs; [`Self::HELD`] while it stands in its lane until it is given frames to take.
         STOPPED = 3,
         /// Work for the next pass, bits [`notice`].
         NOTICE = 4,
@@ -275,8 +275,12 @@ fields! {
         TENSION = 15,
         /// In worlds with a robot: [`Self::PEAK`] when the host was last told of it.
         TOLD_PEAK = 16,
+        /// In lanes: frames taken of those that it was given last.
+        TAKEN = 17,
         /// Number of fields.
-        FIELDS = 17,
+        FIELDS = 18,
+        /// A value of [`Self::STOPPED`].
+        HELD = 0xffff_ffff,
     }
     /// Bits of [`world::NOTICE`].
     notice {

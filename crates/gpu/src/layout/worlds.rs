@@ -182,7 +182,7 @@ fields! {
         /// Number of fields.
         FIELDS = 12,
     }
-    /// Head of the table of what is asked of lanes. For each lane a [`wish`] follows, then for each lane the quads of the angles and rates of its links, then those of place, velocity and spin of its fruit, three by three.
+    /// Head of the table of what is asked of lanes. For each lane a [`wish`] follows, with the number of its frames from bit [`wish::FRAMES_BIT`] on, then for each lane the quads of the angles and rates of its links, then those of place, velocity and spin of its fruit, three by three.
     asked {
         /// Number of lanes.
         LANES = 0,
@@ -200,8 +200,12 @@ fields! {
         NEWS = 1,
         /// All.
         WHOLE = 2,
+        /// First bit of the number of frames.
+        FRAMES_BIT = 8,
+        /// Most frames that a lane is given at once, our own choice: the steps of a policy at 7.5 Hz and faster.
+        MOST_FRAMES = 8,
     }
-    /// Told about a lane after a frame. Behind those of all lanes are the velocities of their fruit a frame ago, then slots: motion of links and of fruit, the beginning of the record of contacts, velocities of the fruit a frame ago.
+    /// Told about a lane after each of its frames, all lanes frame after frame. Behind those of [`wish::MOST_FRAMES`] frames are the velocities of their fruit a frame ago, then slots: motion of links and of fruit, the beginning of the record of contacts, velocities of the fruit a frame ago.
     told {
         /// Slot with the motion of its tree, as bits; all set if there is none.
         SLOT = 0,

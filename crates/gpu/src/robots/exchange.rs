@@ -3,10 +3,8 @@
 use orchard_multibody::{Data, Model};
 use orchard_robot::{BaseJoint, JointValues, RobotHandle, SetPoints};
 
-use rayon::prelude::*;
-
-use super::{RobotBatch, row_place};
-use crate::layout::{LANES, QUAD, robot};
+use super::{Alone, RobotBatch, row_place};
+use crate::layout::{QUAD, robot};
 
 impl RobotBatch {
     /// Places of the quads of a robot's state on the device.
@@ -14,49 +12,6 @@ impl RobotBatch {
         (0..robot::FIELDS)
             .step_by(QUAD)
             .map(move |field| (row_place(world, field, robot::FIELDS) / QUAD) as u32)
-    }
-
-    /// Takes the states of all robots from quads that were read from these places.
-    pub(crate) fn take_quads(&mut self, quads: &[[f32; QUAD]]) {
-        let each = robot::FIELDS / QUAD;
-        let blocks = self.states.par_chunks_mut(robot::FIELDS * LANES).zip(quads.par_chunks(each * LANES));
-        blocks.for_each(|(block, quads)| {
-            for (lane, quads) in quads.chunks_exact(each).enumerate() {
-                for (at, quad) in Self::quad_places(lane).zip(quads) {
-                    block[QUAD * at as usize..][..QUAD].copy_from_slice(quad);
-                }
-            }
-        });
-    }
-
-    /// Writes coordinates and velocities that were read into a state of a model that holds this robot.
-    pub(crate) fn store_fetched(&self, world: usize, model: &Model, handle: &RobotHandle, data: &mut Data) {
-        for (own, &body) in self.alone.model.body_ids().zip(&handle.bodies) {
-            let dofs = self.alone.model.dofs(own);
-            for (dof, (q, v)) in dofs.zip(model.qs(body).zip(model.dofs(body))) {
-                data.q[q] = f64::from(self.number(world, robot::Q + dof));
-                data.v[v] = f64::from(self.number(world, robot::V + dof));
-            }
-        }
-    }
-
-    /// Set points that were read.
-    pub(crate) fn set_points(&self, world: usize, handle: &RobotHandle) -> SetPoints {
-        let number = |field: usize| f64::from(self.number(world, field));
-        let base_velocity = match &handle.base_joint {
-            BaseJoint::Rail { axis_base, .. } => {
-                let speed = number(robot::BASE_TARGET);
-                [axis_base.x * speed, axis_base.y * speed, 0.0]
-            }
-            _ => std::array::from_fn(|k| number(robot::BASE_TARGET + k)),
-        };
-        let arm = handle.arm.len();
-        SetPoints {
-            base_velocity,
-            arm_target: JointValues::from_fn(arm, |k| number(robot::ARM_TARGET + k)),
-            arm_rate: JointValues::from_fn(arm, |k| number(robot::ARM_RATE + k)),
-            finger_target: std::array::from_fn(|k| number(robot::FINGER_TARGET + k)),
-        }
     }
 
     /// Sets the state of a robot on the host, out of quarantine; the quads of [`Self::state_quads`] are to be sent.
@@ -97,5 +52,42 @@ impl RobotBatch {
     pub(crate) fn state_quads(&self, world: usize) -> impl Iterator<Item = (u32, [f32; QUAD])> {
         Self::quad_places(world)
             .map(move |at| (at, std::array::from_fn(|k| self.states[QUAD * at as usize + k])))
+    }
+}
+
+impl Alone {
+    /// Writes coordinates and velocities, given as the fields of a robot's state, into a state of a model that holds this robot.
+    pub(crate) fn store(
+        &self,
+        number: impl Fn(usize) -> f32,
+        model: &Model,
+        handle: &RobotHandle,
+        data: &mut Data,
+    ) {
+        for (own, &body) in self.model.body_ids().zip(&handle.bodies) {
+            for (dof, (q, v)) in self.model.dofs(own).zip(model.qs(body).zip(model.dofs(body))) {
+                data.q[q] = f64::from(number(robot::Q + dof));
+                data.v[v] = f64::from(number(robot::V + dof));
+            }
+        }
+    }
+}
+
+/// Set points of the servos, given as the fields of a robot's state.
+pub(crate) fn set_points(number: impl Fn(usize) -> f32, handle: &RobotHandle) -> SetPoints {
+    let number = |field: usize| f64::from(number(field));
+    let base_velocity = match &handle.base_joint {
+        BaseJoint::Rail { axis_base, .. } => {
+            let speed = number(robot::BASE_TARGET);
+            [axis_base.x * speed, axis_base.y * speed, 0.0]
+        }
+        _ => std::array::from_fn(|k| number(robot::BASE_TARGET + k)),
+    };
+    let arm = handle.arm.len();
+    SetPoints {
+        base_velocity,
+        arm_target: JointValues::from_fn(arm, |k| number(robot::ARM_TARGET + k)),
+        arm_rate: JointValues::from_fn(arm, |k| number(robot::ARM_RATE + k)),
+        finger_target: std::array::from_fn(|k| number(robot::FINGER_TARGET + k)),
     }
 }

@@ -1,7 +1,7 @@
 //! Batches of robots on a device.
 
 mod buffers;
-mod exchange;
+pub(crate) mod exchange;
 pub(crate) mod pipelines;
 pub(crate) mod table;
 
@@ -37,8 +37,10 @@ pub struct RobotBatch {
     pub(crate) buffers: RobotBuffers,
     /// States as they were read last.
     states: Vec<f32>,
+    /// Commands of all worlds, frame after frame for as many as are sent at once.
     commands: Vec<f32>,
-    commands_changed: bool,
+    /// Number of frames of which commands are to be sent.
+    commands_changed: usize,
 }
 
 impl RobotBatch {
@@ -47,6 +49,17 @@ impl RobotBatch {
     /// # Errors
     /// The robot has more joints than the kernels know, or the worlds do not fit into the device.
     pub fn new(gpu: &Gpu, robot_model: &RobotModel, sim: &SimSpec, worlds: u32) -> Result<Self, GpuError> {
+        Self::with_frames(gpu, robot_model, sim, worlds, 1)
+    }
+
+    /// As [`Self::new`], with room for the commands of some frames ([`Self::command_frames`]).
+    pub(crate) fn with_frames(
+        gpu: &Gpu,
+        robot_model: &RobotModel,
+        sim: &SimSpec,
+        worlds: u32,
+        frames: usize,
+    ) -> Result<Self, GpuError> {
         let alone = Alone::new(robot_model)?;
         let table = Table::new(robot_model, &alone, sim, worlds)?;
         let worlds = worlds as usize;
@@ -57,7 +70,7 @@ impl RobotBatch {
                 states[row_place(world, field, robot::FIELDS)] = *number;
             }
         }
-        let commands = vec![0.0; blocks * command::FIELDS * LANES];
+        let commands = vec![0.0; frames * blocks * command::FIELDS * LANES];
         let buffers = RobotBuffers::new(gpu, &table, &states, commands.len())?;
         let start_command = robot_model.start_command();
         let mut batch = Self {
@@ -68,7 +81,7 @@ impl RobotBatch {
             buffers,
             states,
             commands,
-            commands_changed: true,
+            commands_changed: 1,
         };
         (0..worlds).for_each(|world| batch.write(world, &start_command));
         Ok(batch)
@@ -104,36 +117,45 @@ impl RobotBatch {
         Ok(())
     }
 
-    /// Sets the commands of many worlds, given in their order; those with none keep theirs.
+    /// Sets the commands of the next frames of many worlds, given in their order, as many as each has; in later frames the kernels are not to see the world.
     ///
     /// # Errors
     /// As [`Self::command`].
-    pub fn command_all(&mut self, given: &[Option<&Command>]) -> Result<(), GpuError> {
+    pub(crate) fn command_frames(&mut self, given: &[&[Command]]) -> Result<(), GpuError> {
         let has = self.alone.handle.arm.len();
         let numbers = |command: &Command| [command.arm_q.len(), command.arm_v.len()];
-        let wrong = |(world, command): (usize, &Option<&Command>)| {
-            let given = command.map(numbers)?.into_iter().find(|&numbers| numbers != has)?;
+        let wrong = |(world, commands): (usize, &&[Command])| {
+            let given = commands.iter().flat_map(numbers).find(|&numbers| numbers != has)?;
             Some(BatchError::Joints { world, given, has })
         };
         if let Some(wrong) = given.iter().enumerate().find_map(wrong) {
             return Err(wrong.into());
         }
-        let blocks = self.commands.par_chunks_mut(command::FIELDS * LANES).zip(given.par_chunks(LANES));
-        blocks.for_each(|(block, given)| {
-            for (lane, command) in given.iter().enumerate() {
-                if let Some(command) = command {
-                    write(block, lane, command);
+        let frames = given.iter().map(|commands| commands.len()).max().unwrap_or(0);
+        let each = self.words_of_commands();
+        for (frame, all) in self.commands.chunks_mut(each).enumerate().take(frames) {
+            let blocks = all.par_chunks_mut(command::FIELDS * LANES).zip(given.par_chunks(LANES));
+            blocks.for_each(|(block, given)| {
+                for (lane, commands) in given.iter().enumerate() {
+                    if let Some(command) = commands.get(frame) {
+                        write(block, lane, command);
+                    }
                 }
-            }
-        });
-        self.commands_changed = true;
+            });
+        }
+        self.commands_changed = frames;
         Ok(())
+    }
+
+    /// Numbers of the commands of all worlds in a frame.
+    pub(crate) fn words_of_commands(&self) -> usize {
+        self.worlds.div_ceil(LANES) * command::FIELDS * LANES
     }
 
     fn write(&mut self, world: usize, given: &Command) {
         let each = command::FIELDS * LANES;
         write(&mut self.commands[world / LANES * each..][..each], world % LANES, given);
-        self.commands_changed = true;
+        self.commands_changed = self.commands_changed.max(1);
     }
 
     /// Submits whole frames of every world to the device and returns at once. Reading results waits for them.
@@ -149,8 +171,9 @@ impl RobotBatch {
 
     /// Sends the commands, if they have changed.
     pub(crate) fn send_inputs(&mut self) {
-        if std::mem::take(&mut self.commands_changed) {
-            self.buffers.send_commands(&self.gpu, &self.commands);
+        let frames = std::mem::take(&mut self.commands_changed);
+        if frames > 0 {
+            self.buffers.send_commands(&self.gpu, &self.commands[..frames * self.words_of_commands()]);
         }
     }
 
@@ -166,7 +189,7 @@ impl RobotBatch {
         for &world in worlds {
             self.commands[row_place(world, command::RESET, command::FIELDS)] = 0.0;
         }
-        self.commands_changed = true;
+        self.commands_changed = 1;
     }
 
     /// Waits until all frames are done.
@@ -209,7 +232,7 @@ impl RobotBatch {
         data: &mut Data,
     ) -> Result<(), GpuError> {
         self.fetch(world)?;
-        self.store_fetched(world, model, handle, data);
+        self.alone.store(|field| self.number(world, field), model, handle, data);
         Ok(())
     }
 

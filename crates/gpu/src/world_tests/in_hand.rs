@@ -3,7 +3,7 @@
 use orchard_geometry::{inverse_transform, transform};
 
 use super::*;
-use crate::{Fitted, Meeting, Room, Tenant, Wish};
+use crate::{Course, Fitted, MOST_FRAMES, Meeting, Room, Tenant};
 
 const FRUIT: usize = 0;
 /// Frames that the fingers have to close, and that the grip has to settle.
@@ -77,16 +77,23 @@ impl Grip {
     }
 
     fn advance(&mut self, frames: u32) {
-        self.batch.command_all(&[Some(&self.command)]).unwrap();
-        self.batch.advance(frames);
+        let mut left = frames as usize;
+        while left > 0 {
+            let commands = vec![self.command; left.min(MOST_FRAMES)];
+            self.batch.advance_lanes(&[Course { commands: &commands, is_whole: false }]).unwrap();
+            self.batch.fetch().unwrap();
+            // The fruit in the hand ends a course after each frame.
+            let taken = (0..commands.len()).find(|&frame| self.batch.news(0, frame).is_whole);
+            left -= taken.map_or(commands.len(), |frame| frame + 1);
+        }
     }
 
     /// State on the device.
     fn read(&mut self) -> (Data, Meeting) {
-        self.batch.ask(&[Wish::Whole]);
+        self.batch.ask(&[true]);
         self.batch.fetch().unwrap();
         let mut data = self.world.data().clone();
-        self.batch.store_driven(0, self.world.model(), self.world.handle(), &mut data);
+        self.batch.store_driven((0, 0), self.world.model(), self.world.handle(), &mut data);
         let meeting = self.batch.store_whole(0, self.world.model(), &mut data).unwrap();
         forward_kinematics(self.world.model(), &mut data);
         (data, meeting)

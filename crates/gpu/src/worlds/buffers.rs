@@ -15,7 +15,8 @@ use crate::rules::Rules;
 pub(super) struct WorldBuffers {
     pub meetings: wgpu::Buffer,
     pub tables: wgpu::Buffer,
-    pub bindings: wgpu::BindGroup,
+    /// Those with the commands of each frame that are sent at once.
+    pub bindings: Vec<wgpu::BindGroup>,
 }
 
 impl WorldBuffers {
@@ -49,20 +50,31 @@ impl WorldBuffers {
             offset: 0,
             size: std::num::NonZeroU64::new(size_of::<Rules>() as u64),
         });
-        let before = [&of_robots.constants, &of_robots.commands, &of_robots.robots];
-        let after = [&tables, &meetings, &of_trees.work, &of_trees.fruit, &of_trees.worlds];
-        let resources = before.map(wgpu::Buffer::as_entire_binding).into_iter();
-        let resources = resources.chain([rules]).chain(after.map(wgpu::Buffer::as_entire_binding));
-        let entries: Vec<_> = (0..)
-            .zip(resources)
-            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
-            .collect();
-        let layout = &gpu.world_pipelines().bindings;
-        let bindings = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: None,
-            layout,
-            entries: &entries,
-        });
+        let size = 4 * robots.words_of_commands() as u64;
+        let of_frame = |frame: u64| {
+            let commands = wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+                buffer: &of_robots.commands,
+                offset: frame * size,
+                size: std::num::NonZeroU64::new(size),
+            });
+            let [constants, robots] =
+                [&of_robots.constants, &of_robots.robots].map(wgpu::Buffer::as_entire_binding);
+            let after = [&tables, &meetings, &of_trees.work, &of_trees.fruit, &of_trees.worlds];
+            let resources = [constants, commands, robots, rules.clone()].into_iter();
+            let resources = resources.chain(after.map(wgpu::Buffer::as_entire_binding));
+            let entries: Vec<_> = (0..)
+                .zip(resources)
+                .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
+                .collect();
+            let layout = &gpu.world_pipelines().bindings;
+            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: None,
+                layout,
+                entries: &entries,
+            })
+        };
+        let frames = of_robots.commands.size() / size.max(1);
+        let bindings = (0..frames).map(of_frame).collect();
         Ok(Self { meetings, tables, bindings })
     }
 }

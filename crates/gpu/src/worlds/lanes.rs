@@ -5,16 +5,19 @@ use std::sync::Arc;
 use orchard_batch::TreeWorld;
 use orchard_geometry::{Pose, Vec3};
 use orchard_multibody::{Data, Model};
-use orchard_robot::{RobotHandle, RobotModel, SetPoints};
+use orchard_robot::{Command, RobotHandle, RobotModel, SetPoints};
 
 use super::meeting::Meeting;
 use super::quads::{Gathered, scatter};
-use super::told::{MOTION, News, Told, Wish};
-use super::{WorldBatch, check};
+use super::told::{Course, MOST_FRAMES, MOTION, News, Told, Wish};
+use super::{SUBSTEP, WorldBatch, check, timed};
 use crate::BatchError;
+use crate::batch::encode_each;
+use crate::clock::Clock;
 use crate::device::{Gpu, GpuError};
 use crate::layout::{QUAD, meeting, robot, system};
 use crate::memory::Room;
+use crate::robots::exchange::set_points;
 use crate::robots::{RobotBatch, row_place};
 use crate::rules::Rules;
 use crate::schedule::Schedule;
@@ -51,11 +54,13 @@ pub struct Tenant<'a> {
     pub set_points: &'a SetPoints,
 }
 
-/// Numbers read from the device after every frame. Those of robots are in two sections, lane by lane: servos and then losses of the joints; states. Those of trees are in [`Told`].
+/// Numbers read from the device after the frames of a course. Those of robots are in two sections, lane by lane: servos and then losses of the joints; states. Those of trees are in [`Told`].
 #[derive(Debug)]
 pub(super) struct Read {
     robots: Gathered,
     trees: Told,
+    /// The reading under way.
+    asked: Option<wgpu::SubmissionIndex>,
 }
 
 const DRIVES: usize = 0;
@@ -67,7 +72,7 @@ const ROBOT: usize = robot::FIELDS / QUAD;
 
 impl WorldBatch {
     /// Creates lanes, all empty, for worlds like a sample, whose trees have no more than a size. [`Self::plant`] puts worlds into them. Then the device computes motion and contacts; breaking of wood and detachment of fruit
-    /// are left to the caller, who reads the motion after every frame ([`Self::fetch`]).
+    /// are left to the caller, who gives the worlds their next frames ([`Self::advance_lanes`]) and reads the motion that came of them ([`Self::fetch`]).
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -81,10 +86,10 @@ impl WorldBatch {
         let trees = vec![sample.clone(); lanes];
         let starts = vec![Pose::identity(); lanes];
         let each = [room.links(), room.fruit()];
-        let mut batch = Self::in_room(gpu, &trees, robot, &starts, room)?;
+        let mut batch = Self::in_room(gpu, &trees, robot, &starts, room, MOST_FRAMES)?;
         let (of_trees, meetings) = (&batch.trees.buffers, &batch.buffers.meetings);
         let sections = [(meetings, lanes * DRIVE), (&batch.robots.buffers.robots, lanes * ROBOT)];
-        let read = Gathered::new(gpu, &sections);
+        let read = Gathered::new(gpu, &sections, MOST_FRAMES);
         let told = [&batch.buffers.tables, meetings, &of_trees.worlds, &of_trees.links, &of_trees.fruit];
         let trees = Told::new(gpu, lanes, each, told)?;
         let drives = (0..lanes).flat_map(|lane| {
@@ -94,8 +99,7 @@ impl WorldBatch {
         read.set_places(gpu, DRIVES, 0, &drives.collect::<Vec<_>>());
         let robots = (0..lanes).flat_map(RobotBatch::quad_places);
         read.set_places(gpu, ROBOTS, 0, &robots.collect::<Vec<_>>());
-        batch.read = Some(Read { robots: read, trees });
-        batch.judges = false;
+        batch.read = Some(Read { robots: read, trees, asked: None });
         (0..lanes).for_each(|lane| batch.retire(lane));
         Ok(batch)
     }
@@ -172,61 +176,126 @@ impl WorldBatch {
         self.trees.stop(lane, NEVER_RAN);
     }
 
-    /// Submits the reading of the robots of all lanes, and questions about their trees, one a lane, behind the frames submitted so far.
+    /// Submits frames of the worlds in lanes, one course a lane, and the reading of what came of them, and returns at once; all worlds without a course stand still. Nothing is submitted if none has one.
+    ///
+    /// # Errors
+    /// A command is for another number of arm joints.
     ///
     /// # Panics
-    /// There is not one wish a lane.
-    pub fn ask(&mut self, wishes: &[Wish]) {
-        if let Some(Read { robots, trees }) = &mut self.read {
-            robots.ask(&self.gpu, self.clock.as_mut());
-            trees.ask(&self.gpu, wishes, self.clock.as_mut());
+    /// There is not one course a lane, one is too long, or the batch has no lanes.
+    pub fn advance_lanes(&mut self, courses: &[Course<'_>]) -> Result<(), GpuError> {
+        let commands: Vec<&[Command]> = courses.iter().map(|course| course.commands).collect();
+        self.robots.command_frames(&commands)?;
+        let wish = |course: &Course<'_>| Wish {
+            frames: course.commands.len(),
+            is_whole: course.is_whole && !course.commands.is_empty(),
+        };
+        self.submit(courses.iter().map(wish).collect(), true);
+        Ok(())
+    }
+
+    /// Submits the reading of the motion of some lanes' trees as they stand.
+    ///
+    /// # Panics
+    /// There is not one flag a lane, or the batch has no lanes.
+    pub fn ask(&mut self, lanes: &[bool]) {
+        let wish = |&is_whole: &bool| Wish { frames: 0, is_whole };
+        self.submit(lanes.iter().map(wish).collect(), false);
+    }
+
+    /// Submits questions and their answers, with frames before them if `advances`.
+    fn submit(&mut self, wishes: Vec<Wish>, advances: bool) {
+        assert_eq!(wishes.len(), self.len(), "there is one course a lane");
+        self.trees.send_inputs();
+        self.robots.send_inputs();
+        let Some(mut read) = self.read.take() else { panic!("the batch has no lanes") };
+        let frames = read.trees.ask(&self.gpu, wishes);
+        assert!(frames <= MOST_FRAMES, "a course has {frames} frames, more than {MOST_FRAMES}");
+        if frames > 0 {
+            let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+            let mut clock = self.clock.take();
+            if advances {
+                self.send_rules(frames as u32);
+                read.trees.encode_give(&self.gpu, &mut encoder, &mut clock);
+            }
+            for frame in 0..frames {
+                if advances {
+                    self.encode_frame(&mut encoder, frame, &mut clock);
+                }
+                read.robots.encode(&self.gpu, &mut encoder, frame, &mut clock);
+                read.trees.encode_tell(&self.gpu, &mut encoder, &mut clock);
+            }
+            read.trees.encode_copy(&mut encoder);
+            read.asked = Some(self.gpu.queue.submit([encoder.finish()]));
+            read.robots.map(frames);
+            read.trees.map();
+            self.clock = clock;
             if let Some(clock) = &mut self.clock {
                 clock.ask(&self.gpu);
             }
         }
+        self.read = Some(read);
     }
 
-    /// Waits until the answers to [`Self::ask`] are there, without reading them.
+    /// Encodes the passes of a frame, whose rules were sent with those of the frames around it.
+    fn encode_frame(&self, encoder: &mut wgpu::CommandEncoder, frame: usize, clock: &mut Option<Clock>) {
+        let substeps = self.trees.memory.rules.substeps as usize;
+        // Ruptures and detachments are left to the caller.
+        let passes = (0..substeps).map(|_| &SUBSTEP[..SUBSTEP.len() - 1]);
+        let dispatch =
+            |pass: &mut wgpu::ComputePass<'_>, rules: u32, kind| self.dispatch(pass, rules, kind, frame);
+        encode_each(encoder, frame * substeps, passes, &dispatch, &mut timed(clock));
+    }
+
+    /// Waits until the answers are there, without reading them.
     ///
     /// # Errors
     /// The device was lost.
     pub fn await_answers(&self) -> Result<(), GpuError> {
-        let asked = self.read.as_ref().and_then(|read| read.trees.asked());
+        let asked = self.read.as_ref().and_then(|read| read.asked.clone());
         asked.map_or(Ok(()), |asked| self.gpu.wait_for(Some(asked)))
     }
 
-    /// Waits for the answers to [`Self::ask`]; frames of other batches that were submitted behind it go on.
+    /// Waits for the answers to [`Self::advance_lanes`] or [`Self::ask`]; frames of other batches that were submitted behind them go on.
     ///
     /// # Errors
     /// The device was lost.
     pub fn fetch(&mut self) -> Result<(), GpuError> {
-        let Some(Read { robots, trees }) = &mut self.read else { return Ok(()) };
-        robots.fetch(&self.gpu)?;
-        trees.fetch(&self.gpu)?;
+        self.await_answers()?;
+        let Some(read) = &mut self.read else { return Ok(()) };
+        if read.asked.take().is_some() {
+            read.robots.take(read.trees.frames())?;
+            read.trees.fetch(&self.gpu)?;
+        }
         if let Some(clock) = &mut self.clock {
             clock.fetch(&self.gpu)?;
         }
-        self.robots.take_quads(robots.section(ROBOTS));
         Ok(())
     }
 
-    /// News of a lane that [`Self::fetch`] read, if something was asked about it.
-    pub fn news(&self, lane: usize) -> News {
-        self.read.as_ref().map(|read| read.trees.news(lane)).unwrap_or_default()
+    /// News of a lane after a frame of its course that it took, from 0, as [`Self::fetch`] read it.
+    pub fn news(&self, lane: usize, frame: usize) -> News {
+        self.read.as_ref().map(|read| read.trees.news(lane, frame)).unwrap_or_default()
     }
 
-    /// Writes the motion of a lane's robot that [`Self::fetch`] read, with the efforts of its servos, into the state of the model from which its world came. Returns the set points of its servos.
+    /// Writes the motion of a lane's robot after a frame of its course, as [`Self::fetch`] read it, with the efforts of its servos, into the state of the model from which its world came. Returns the set points of its servos.
+    ///
+    /// # Panics
+    /// The batch has no lanes.
     pub fn store_driven(
         &self,
-        lane: usize,
+        (lane, frame): (usize, usize),
         model: &Model,
         handle: &RobotHandle,
         data: &mut Data,
     ) -> SetPoints {
-        self.robots.store_fetched(lane, model, handle, data);
-        let Some(read) = &self.read else { return self.robots.set_points(lane, handle) };
+        let Some(read) = &self.read else { panic!("the batch has no lanes") };
+        let state = &read.robots.section(frame, ROBOTS)[lane * ROBOT..][..ROBOT];
+        let number = |field: usize| state[field / QUAD][field % QUAD];
+        self.robots.alone.store(number, model, handle, data);
         let own = &self.robots.alone.model;
-        let (servos, losses) = read.robots.section(DRIVES)[lane * DRIVE..][..DRIVE].split_at(robot::DOFS);
+        let drives = &read.robots.section(frame, DRIVES)[lane * DRIVE..][..DRIVE];
+        let (servos, losses) = drives.split_at(robot::DOFS);
         for (id, &body) in own.body_ids().zip(&handle.bodies) {
             for (dof, to) in own.dofs(id).zip(model.dofs(body)) {
                 let [servo, loss] = [servos[dof], losses[dof]].map(|quad| quad.map(f64::from));
@@ -236,7 +305,7 @@ impl WorldBatch {
                 data.torque[to] = servo[3] + loss[0];
             }
         }
-        self.robots.set_points(lane, handle)
+        set_points(number, handle)
     }
 
     /// Writes the motion of a lane's tree that [`Self::fetch`] read, of the wood and of the fruit that hang in `data` or are in the hand, into the state of its model. Returns its contacts, with counts and loads since the world came; `None` if the motion was not read.

@@ -17,7 +17,7 @@ use orchard_robot::{Command, RobotHandle, RobotModel};
 
 use crate::BatchError;
 use crate::batch::{GpuBatch, Options, Statistics};
-use crate::clock::Clock;
+use crate::clock::{Clock, Timed};
 use crate::device::{Gpu, GpuError, WORKGROUP_STORAGE};
 use crate::laws::Laws;
 use crate::layout::{self, LANES, QUAD};
@@ -32,7 +32,7 @@ pub use lanes::{Fitted, Tenant};
 pub use meeting::{ContactPoint, Meeting};
 use pipelines::WorldPass;
 use table::WorldTable;
-pub use told::{News, Wish};
+pub use told::{Course, MOST_FRAMES, News};
 
 /// Largest tilt of an odom frame: its z axis is as near to the vertical as rounding allows.
 const UPRIGHT: f64 = 1e-9;
@@ -50,8 +50,6 @@ pub struct WorldBatch {
     buffers: WorldBuffers,
     table: WorldTable,
     room: Room,
-    /// True if wood breaks and fruit come off on the device.
-    judges: bool,
     /// Numbers that a batch of lanes reads from the device after every frame; `None` in a batch of fixed worlds.
     read: Option<Read>,
     /// Times of the kernels, if they are kept.
@@ -69,16 +67,17 @@ impl WorldBatch {
         robot: &RobotModel,
         x_world_odom: &[Pose],
     ) -> Result<Self, GpuError> {
-        Self::in_room(gpu, trees, robot, x_world_odom, Room::default())
+        Self::in_room(gpu, trees, robot, x_world_odom, Room::default(), 1)
     }
 
-    /// As [`Self::new`], with room for larger trees.
+    /// As [`Self::new`], with room for larger trees, and for the commands of some frames.
     fn in_room(
         gpu: &Gpu,
         trees: &[TreeWorld],
         robot: &RobotModel,
         x_world_odom: &[Pose],
         room: Room,
+        frames: usize,
     ) -> Result<Self, GpuError> {
         if trees.len() != x_world_odom.len() || trees.is_empty() {
             return Err(BatchError::Starts { starts: x_world_odom.len(), worlds: trees.len() }.into());
@@ -95,7 +94,7 @@ impl WorldBatch {
         }
         let plants: Vec<&Plant> = trees.iter().map(|tree| &**tree.plant()).collect();
         let sim = &plants[0].spec.sim;
-        let robots = RobotBatch::new(gpu, robot, sim, trees.len() as u32)?;
+        let robots = RobotBatch::with_frames(gpu, robot, sim, trees.len() as u32, frames)?;
         let batch = GpuBatch::over_tiles(gpu, trees, Options::default(), Some(&room))?;
         let links: Result<_, String> = <Table as bytemuck::Zeroable>::zeroed().set_links(&robots.alone.model);
         let links = links.map_err(|why| refused(robot, &why))?;
@@ -103,7 +102,7 @@ impl WorldBatch {
         let table = WorldTable::new(&batch.memory, &plants, robot, alone, &links, x_world_odom, &room)?;
         let buffers = WorldBuffers::new(gpu, &table, &batch, &robots)?;
         let (gpu, trees) = (gpu.clone(), batch);
-        Ok(Self { gpu, trees, robots, buffers, table, room, judges: true, read: None, clock: None })
+        Ok(Self { gpu, trees, robots, buffers, table, room, read: None, clock: None })
     }
 
     /// Number of worlds.
@@ -129,14 +128,6 @@ impl WorldBatch {
         self.robots.command(world, given)
     }
 
-    /// Sets the commands of many worlds, given in their order; those with none keep theirs.
-    ///
-    /// # Errors
-    /// As [`Self::command`].
-    pub fn command_all(&mut self, given: &[Option<&Command>]) -> Result<(), GpuError> {
-        self.robots.command_all(given)
-    }
-
     /// Sets the external force \[N\] at, and torque [N m] about, a segment's centre of mass until changed. Returns false if the world has no room for another force.
     #[must_use]
     pub fn push(&mut self, world: usize, segment: usize, force_world: Vec3, torque_world: Vec3) -> bool {
@@ -147,34 +138,46 @@ impl WorldBatch {
     pub fn advance(&mut self, frames: u32) {
         self.trees.send_inputs();
         self.robots.send_inputs();
+        let steps = self.next_rules(frames).map(|rules| {
+            let is_last = rules.substep + 1 == rules.substeps;
+            (rules, if is_last { &SUBSTEP[..] } else { &SUBSTEP[..SUBSTEP.len() - 1] })
+        });
+        let mut clock = self.clock.take();
+        let dispatch =
+            |pass: &mut wgpu::ComputePass<'_>, rules: u32, kind| self.dispatch(pass, rules, kind, 0);
+        self.trees.run_each(steps, dispatch, timed(&mut clock));
+        self.clock = clock;
+    }
+
+    /// Rules of the substeps of the next frames, which are counted.
+    fn next_rules(&mut self, frames: u32) -> impl Iterator<Item = Rules> + use<> {
         let first = self.trees.memory.rules.frame + 1;
         self.trees.memory.rules.frame += frames;
         let rules = self.trees.memory.rules;
-        let judges = self.judges;
-        let steps = (first..first + frames).flat_map(|frame| {
-            (0..rules.substeps).map(move |substep| {
-                let judged = judges && substep + 1 == rules.substeps;
-                let passes = if judged { &SUBSTEP[..] } else { &SUBSTEP[..EVENTS] };
-                (Rules { frame, substep, ..rules }, passes)
-            })
-        });
+        let substeps = move |frame| (0..rules.substeps).map(move |substep| Rules { frame, substep, ..rules });
+        (first..first + frames).flat_map(substeps)
+    }
+
+    /// Sends the rules of the next frames, all at once.
+    fn send_rules(&mut self, frames: u32) {
+        let rules: Vec<Rules> = self.next_rules(frames).collect();
+        self.trees.send_rules(rules.iter());
+    }
+
+    /// Dispatches a pass with the rules at an offset in their buffer, and the commands of a frame of those that were sent.
+    fn dispatch(&self, pass: &mut wgpu::ComputePass<'_>, rules: u32, kind: WorldPass, frame: usize) {
         let pipelines = self.gpu.world_pipelines();
         let worlds = self.len() as u32;
         let blocks = worlds.div_ceil(LANES as u32);
-        let clock =
-            self.clock.as_mut().map(|clock| (clock, WorldPass::name as fn(WorldPass) -> &'static str));
-        let dispatch = |pass: &mut wgpu::ComputePass<'_>, rules: u32, kind: WorldPass| {
-            let (pipeline, groups) = match kind {
-                WorldPass::Trees(kind) => return self.trees.dispatch(pass, rules, kind),
-                WorldPass::RobotBegin => (&pipelines.robot_begin, blocks),
-                WorldPass::Meet => (&pipelines.meet, worlds),
-                WorldPass::RobotEnd => (&pipelines.robot_end, blocks),
-            };
-            pass.set_bind_group(0, &self.buffers.bindings, &[rules]);
-            pass.set_pipeline(pipeline);
-            pass.dispatch_workgroups(groups, 1, 1);
+        let (pipeline, groups) = match kind {
+            WorldPass::Trees(kind) => return self.trees.dispatch(pass, rules, kind),
+            WorldPass::RobotBegin => (&pipelines.robot_begin, blocks),
+            WorldPass::Meet => (&pipelines.meet, worlds),
+            WorldPass::RobotEnd => (&pipelines.robot_end, blocks),
         };
-        self.trees.run_each(steps, dispatch, clock);
+        pass.set_bind_group(0, &self.buffers.bindings[frame], &[rules]);
+        pass.set_pipeline(pipeline);
+        pass.dispatch_workgroups(groups, 1, 1);
     }
 
     /// Keeps the times of kernels by the device's clock from now on, or no more ([`Self::times`]). Every kernel is a pass of its own then, which takes a little longer.
@@ -289,8 +292,11 @@ const SUBSTEP: [WorldPass; 6] = [
     WorldPass::Trees(Pass::Outward),
     WorldPass::Trees(Pass::Events),
 ];
-/// Number of passes before it.
-const EVENTS: usize = 5;
+
+/// A clock that times passes of worlds by their names.
+fn timed(clock: &mut Option<Clock>) -> Timed<'_, WorldPass> {
+    clock.as_mut().map(|clock| (clock, WorldPass::name as fn(WorldPass) -> &'static str))
+}
 
 /// Checks that the kernels can step a tree with a robot beside it.
 ///

@@ -65,8 +65,9 @@ pub(crate) struct QuadPipelines {
     pub scatter: ComputePipeline,
     /// Layout of their bindings: places, quads, packed quads.
     pub bindings: wgpu::BindGroupLayout,
+    pub give: ComputePipeline,
     pub tell: ComputePipeline,
-    /// Layout of its bindings, in the order of `kernels/tell.wgsl`.
+    /// Layout of the bindings of both, in the order of `kernels/tell.wgsl`.
     pub tell_bindings: wgpu::BindGroupLayout,
 }
 
@@ -79,11 +80,12 @@ impl QuadPipelines {
         let kernels = Kernels::new(device, "quads", source, &[read, written, written]);
         let telling = crate::layout::wgsl() + include_str!("../kernels/tell.wgsl");
         let telling =
-            Kernels::new(device, "tell", telling, &[read, read, read, read, read, read, written, written]);
+            Kernels::new(device, "tell", telling, &[read, read, written, read, read, read, written, written]);
         Self {
             gather: kernels.pipeline("gather", &[]),
             scatter: kernels.pipeline("scatter", &[]),
             bindings: kernels.bindings,
+            give: telling.pipeline("give", &[]),
             tell: telling.pipeline("tell", &[]),
             tell_bindings: telling.bindings,
         }

@@ -17,15 +17,15 @@ const COPIED: usize = 4096;
 /// Place of a quad that is not there.
 pub(super) const NOWHERE: u32 = u32::MAX;
 
-/// Quads of buffers at places that stay for some time, which are read together: one copy, one wait.
+/// Quads of buffers at places that stay for some time, which are read together as they are at some instants: one copy an instant, one wait.
 #[derive(Debug)]
 pub(super) struct Gathered {
     sections: Vec<Section>,
     packed: wgpu::Buffer,
     staging: wgpu::Buffer,
-    /// The reading under way.
-    asked: Option<wgpu::SubmissionIndex>,
-    /// As they were read last, section by section.
+    /// Quads of an instant.
+    each: usize,
+    /// As they were read last, instant by instant, section by section.
     quads: Vec<[f32; QUAD]>,
 }
 
@@ -40,8 +40,8 @@ struct Section {
 }
 
 impl Gathered {
-    /// Lists numbers of places of buffers, all nowhere.
-    pub fn new(gpu: &Gpu, of: &[(&wgpu::Buffer, usize)]) -> Self {
+    /// Lists numbers of places of buffers, all nowhere, to be read at up to so many instants.
+    pub fn new(gpu: &Gpu, of: &[(&wgpu::Buffer, usize)], instants: usize) -> Self {
         let storage = BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
         // A section begins where a buffer may be bound.
         let step = gpu.device.limits().min_storage_buffer_offset_alignment as usize / QUAD_BYTES;
@@ -50,10 +50,10 @@ impl Gathered {
             Some(*end)
         });
         let ends: Vec<usize> = ends.collect();
-        let all = ends.last().copied().unwrap_or(0);
-        let packed = create_buffer(gpu, "packed", QUAD_BYTES * all, storage);
+        let each = ends.last().copied().unwrap_or(0);
+        let packed = create_buffer(gpu, "packed", QUAD_BYTES * each, storage);
         let read = BufferUsages::MAP_READ | BufferUsages::COPY_DST;
-        let staging = create_buffer(gpu, "staging", QUAD_BYTES * all, read);
+        let staging = create_buffer(gpu, "staging", QUAD_BYTES * each * instants, read);
         let firsts = std::iter::once(0).chain(ends);
         let sections = of.iter().zip(firsts).map(|(&(buffer, count), first)| {
             let places = create_buffer(gpu, "places", 4 * count, storage);
@@ -61,8 +61,8 @@ impl Gathered {
             let bindings = bound(gpu, &places, buffer, packed_from(&packed, first));
             Section { places, bindings, first, count }
         });
-        let (sections, quads) = (sections.collect(), vec![[0.0; QUAD]; all]);
-        Self { sections, packed, staging, asked: None, quads }
+        let (sections, quads) = (sections.collect(), vec![[0.0; QUAD]; each * instants]);
+        Self { sections, packed, staging, each, quads }
     }
 
     /// Sets some successive places of a section.
@@ -74,38 +74,47 @@ impl Gathered {
         );
     }
 
-    /// Quads of a section as they were read last.
-    pub fn section(&self, section: usize) -> &[[f32; QUAD]] {
+    /// Quads of a section at an instant, as they were read last.
+    pub fn section(&self, instant: usize, section: usize) -> &[[f32; QUAD]] {
         let Section { first, count, .. } = self.sections[section];
-        &self.quads[first..first + count]
+        &self.quads[instant * self.each + first..][..count]
     }
 
-    /// Submits the reading of all quads, behind all work submitted so far.
-    pub fn ask(&mut self, gpu: &Gpu, mut clock: Option<&mut Clock>) {
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    /// Encodes the copy of all quads at an instant.
+    pub fn encode(
+        &self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        instant: usize,
+        clock: &mut Option<Clock>,
+    ) {
         for section in &self.sections {
             let stamps = clock.as_mut().and_then(|clock| clock.stamp("gather"));
             let gather = &gpu.quad_pipelines().gather;
-            run(&mut encoder, gather, &section.bindings, section.count, stamps);
+            run(encoder, gather, &section.bindings, section.count, stamps);
         }
-        let bytes = (QUAD_BYTES * self.quads.len()) as u64;
-        encoder.copy_buffer_to_buffer(&self.packed, 0, &self.staging, 0, bytes);
-        self.asked = Some(gpu.queue.submit([encoder.finish()]));
-        // A lost device is reported by the wait.
-        self.staging.slice(..bytes).map_async(wgpu::MapMode::Read, |_| {});
+        let bytes = (QUAD_BYTES * self.each) as u64;
+        encoder.copy_buffer_to_buffer(&self.packed, 0, &self.staging, instant as u64 * bytes, bytes);
     }
 
-    /// Waits for the reading that was asked for, if one was. Work submitted behind it goes on.
+    fn staged(&self, instants: usize) -> wgpu::BufferSlice<'_> {
+        self.staging.slice(..(QUAD_BYTES * self.each * instants) as u64)
+    }
+
+    /// Maps the copies of some instants, which were submitted. A lost device is reported by the wait.
+    pub fn map(&self, instants: usize) {
+        self.staged(instants).map_async(wgpu::MapMode::Read, |_| {});
+    }
+
+    /// Takes the copies of some instants out of the mapped buffer, after the wait for their submission.
     ///
     /// # Errors
     /// The device was lost.
-    pub fn fetch(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
-        let Some(asked) = self.asked.take() else { return Ok(()) };
-        gpu.wait_for(Some(asked))?;
-        let slice = self.staging.slice(..(QUAD_BYTES * self.quads.len()) as u64);
-        let view = slice.get_mapped_range().map_err(|e| GpuError::Lost(e.to_string()))?;
+    pub fn take(&mut self, instants: usize) -> Result<(), GpuError> {
+        let view = self.staged(instants).get_mapped_range().map_err(|e| GpuError::Lost(e.to_string()))?;
         let mapped: &[[f32; QUAD]] = bytemuck::cast_slice(&view);
-        let parts = self.quads.par_chunks_mut(COPIED).zip(mapped.par_chunks(COPIED));
+        let quads = &mut self.quads[..mapped.len()];
+        let parts = quads.par_chunks_mut(COPIED).zip(mapped.par_chunks(COPIED));
         parts.for_each(|(here, there)| here.copy_from_slice(there));
         drop(view);
         self.staging.unmap();

@@ -1,4 +1,4 @@
-//! News of lanes after a frame: the device sends a few numbers of each lane, and the motion of a tree only if something happened to it or the host wants it.
+//! News of lanes after frames: the device sends a few numbers of each lane, and the motion of a tree only if something happened to it or the host wants it.
 
 use rayon::prelude::*;
 use wgpu::BufferUsages;
@@ -9,6 +9,7 @@ use crate::buffers::{check_limits, create_buffer};
 use crate::clock::Clock;
 use crate::device::{Gpu, GpuError};
 use crate::layout::{QUAD, asked, told, wish};
+use orchard_robot::Command;
 
 /// Bytes of a quad.
 const QUAD_BYTES: usize = 4 * QUAD;
@@ -17,23 +18,40 @@ const OWN: usize = told::FIELDS / QUAD;
 const RECORD: usize = Meeting::NUMBERS / QUAD;
 /// Quads of the motion of a fruit.
 pub(super) const MOTION: usize = 3;
-/// Slots are read before it is known how many were given: the wanted ones, `AS_MANY` times those that the last frame gave beyond them, and `SOME`. Both are our own choice; slots beyond are read afterwards.
+/// Threads of a workgroup of kernel `give`.
+const GIVE_THREADS: usize = 64;
+/// Slots are read before it is known how many were given: the wanted ones, `AS_MANY` times those that the last reading gave beyond them, and `SOME`. Both are our own choice; slots beyond are read afterwards.
 const AS_MANY: usize = 2;
 const SOME: usize = 16;
 
-/// Wish about a lane after a frame.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Wish {
-    /// Nothing is asked.
-    #[default]
-    Nothing,
-    /// A few numbers; the motion of the tree only if something happened to it.
-    News,
-    /// The motion of the tree as well.
-    Whole,
+/// Frames that the world of a lane is to take: as many as there are commands, or fewer. It stands still after the first one in which something happens to the tree; all others stand still meanwhile.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Course<'a> {
+    /// Command of each frame, at most [`MOST_FRAMES`].
+    pub commands: &'a [Command],
+    /// True if the motion of the tree is wanted after the last of them, whatever happens.
+    pub is_whole: bool,
 }
 
-/// News of a lane since its world came, but for excess and tension, which are those of the latest frame.
+/// Most frames of a [`Course`].
+pub const MOST_FRAMES: usize = wish::MOST_FRAMES;
+
+/// What is asked of a lane.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct Wish {
+    /// Frames that it takes; with none, its motion as it is.
+    pub frames: usize,
+    pub is_whole: bool,
+}
+
+impl Wish {
+    /// Number of frames, or instants, that are told of the lane.
+    fn told(self) -> usize {
+        if self.is_whole { self.frames.max(1) } else { self.frames }
+    }
+}
+
+/// News of a lane since its world came, but for excess and tension, which are those of the frame.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct News {
     /// True if the motion of the tree was read.
@@ -65,11 +83,11 @@ pub(super) struct Told {
     staging: wgpu::Buffer,
     bindings: wgpu::BindGroup,
     wishes: Vec<Wish>,
-    /// The reading under way, and how many slots it reads.
-    reading: Option<(wgpu::SubmissionIndex, usize)>,
-    /// Slots that the last frame gave beyond the wanted ones.
+    /// Number of slots that the reading under way reads.
+    copied: usize,
+    /// Slots that the last reading gave beyond the wanted ones.
     more: usize,
-    /// As they were read last: numbers of all lanes, then slots.
+    /// As they were read last: numbers of all lanes frame after frame; slots.
     numbers: Vec<[f32; QUAD]>,
     slots: Vec<[f32; QUAD]>,
 }
@@ -86,7 +104,7 @@ impl Told {
         of: [&wgpu::Buffer; 5],
     ) -> Result<Self, GpuError> {
         let each = links + (1 + MOTION) * fruit + RECORD;
-        let quads = lanes * (OWN + fruit + each);
+        let quads = lanes * (MOST_FRAMES * OWN + fruit + each);
         check_limits(gpu, lanes, QUAD_BYTES * quads, lanes)?;
         let storage = BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
         let places = lanes * (links + MOTION * fruit);
@@ -94,7 +112,7 @@ impl Told {
         let told = create_buffer(gpu, "told", QUAD_BYTES * quads, storage);
         let given = create_buffer(gpu, "given", 4, storage);
         let read = BufferUsages::MAP_READ | BufferUsages::COPY_DST;
-        let staging = create_buffer(gpu, "staging", QUAD_BYTES * lanes * (OWN + each), read);
+        let staging = create_buffer(gpu, "staging", QUAD_BYTES * lanes * (MOST_FRAMES * OWN + each), read);
         let mut words = vec![wish::NOTHING as u32; asked::FIELDS + lanes];
         for (field, value) in [(asked::LANES, lanes), (asked::LINKS, links), (asked::FRUIT, fruit)] {
             words[field] = value as u32;
@@ -121,10 +139,10 @@ impl Told {
             given,
             staging,
             bindings,
-            wishes: vec![Wish::Nothing; lanes],
-            reading: None,
+            wishes: vec![Wish::default(); lanes],
+            copied: 0,
             more: 0,
-            numbers: vec![[0.0; QUAD]; lanes * OWN],
+            numbers: vec![[0.0; QUAD]; lanes * MOST_FRAMES * OWN],
             slots: Vec::new(),
         })
     }
@@ -147,53 +165,76 @@ impl Told {
         }
     }
 
-    /// Submits the questions, one a lane, behind all work submitted so far.
-    pub fn ask(&mut self, gpu: &Gpu, wishes: &[Wish], clock: Option<&mut Clock>) {
-        self.wishes.copy_from_slice(wishes);
-        let words = wishes.iter().map(|wish| match wish {
-            Wish::Nothing => wish::NOTHING as u32,
-            Wish::News => wish::NEWS as u32,
-            Wish::Whole => wish::WHOLE as u32,
-        });
-        let words: Vec<u32> = words.collect();
+    /// Sends the questions, one a lane; returns the number of frames that are told, of the lane with most.
+    pub fn ask(&mut self, gpu: &Gpu, wishes: Vec<Wish>) -> usize {
+        let word = |wish: &Wish| {
+            let asked = match wish {
+                Wish { is_whole: true, .. } => wish::WHOLE,
+                Wish { frames: 0, .. } => wish::NOTHING,
+                Wish { .. } => wish::NEWS,
+            };
+            (asked | wish.frames << wish::FRAMES_BIT) as u32
+        };
+        let words: Vec<u32> = wishes.iter().map(word).collect();
         gpu.queue.write_buffer(&self.asked, 4 * asked::FIELDS as u64, bytemuck::cast_slice(&words));
         gpu.queue.write_buffer(&self.given, 0, &0_u32.to_ne_bytes());
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        {
-            let timestamp_writes = clock.and_then(|clock| clock.stamp("tell"));
-            let timed = wgpu::ComputePassDescriptor { label: None, timestamp_writes };
-            let mut pass = encoder.begin_compute_pass(&timed);
-            pass.set_bind_group(0, &self.bindings, &[]);
-            pass.set_pipeline(&gpu.quad_pipelines().tell);
-            pass.dispatch_workgroups(self.lanes as u32, 1, 1);
-        }
-        let most = wishes.iter().filter(|wish| **wish != Wish::Nothing).count();
-        let slots = (self.wanted() + AS_MANY * self.more + SOME).min(most);
-        let own = (QUAD_BYTES * self.lanes * OWN) as u64;
-        encoder.copy_buffer_to_buffer(&self.told, 0, &self.staging, 0, own);
-        self.copy(&mut encoder, 0, slots);
-        self.reading = Some((gpu.queue.submit([encoder.finish()]), slots));
-        self.map(slots);
+        self.wishes = wishes;
+        self.frames()
     }
 
-    /// The reading under way.
-    pub fn asked(&self) -> Option<wgpu::SubmissionIndex> {
-        self.reading.as_ref().map(|(asked, _)| asked.clone())
+    /// Number of frames that are told, of the lane with most.
+    pub fn frames(&self) -> usize {
+        self.wishes.iter().map(|wish| wish.told()).max().unwrap_or(0)
+    }
+
+    /// Encodes the kernel that gives the lanes their frames.
+    pub fn encode_give(&self, gpu: &Gpu, encoder: &mut wgpu::CommandEncoder, clock: &mut Option<Clock>) {
+        let groups = self.lanes.div_ceil(GIVE_THREADS);
+        self.encode(encoder, &gpu.quad_pipelines().give, ("give", groups), clock);
+    }
+
+    /// Encodes the kernel that tells of a frame.
+    pub fn encode_tell(&self, gpu: &Gpu, encoder: &mut wgpu::CommandEncoder, clock: &mut Option<Clock>) {
+        self.encode(encoder, &gpu.quad_pipelines().tell, ("tell", self.lanes), clock);
+    }
+
+    fn encode(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        kernel: &wgpu::ComputePipeline,
+        (name, groups): (&'static str, usize),
+        clock: &mut Option<Clock>,
+    ) {
+        let timestamp_writes = clock.as_mut().and_then(|clock| clock.stamp(name));
+        let timed = wgpu::ComputePassDescriptor { label: None, timestamp_writes };
+        let mut pass = encoder.begin_compute_pass(&timed);
+        pass.set_bind_group(0, &self.bindings, &[]);
+        pass.set_pipeline(kernel);
+        pass.dispatch_workgroups(groups as u32, 1, 1);
+    }
+
+    /// Encodes the copy of the answers.
+    pub fn encode_copy(&mut self, encoder: &mut wgpu::CommandEncoder) {
+        let most = self.wishes.iter().filter(|wish| wish.told() > 0).count();
+        self.copied = (self.wanted() + AS_MANY * self.more + SOME).min(most);
+        let numbers = (QUAD_BYTES * self.lanes * self.frames() * OWN) as u64;
+        encoder.copy_buffer_to_buffer(&self.told, 0, &self.staging, 0, numbers);
+        self.copy(encoder, 0, self.copied);
     }
 
     /// Number of lanes of which the motion is wanted.
     fn wanted(&self) -> usize {
-        self.wishes.iter().filter(|wish| **wish == Wish::Whole).count()
+        self.wishes.iter().filter(|wish| wish.is_whole).count()
     }
 
     /// The staging buffer up to the end of so many slots.
     fn staged(&self, slots: usize) -> wgpu::BufferSlice<'_> {
-        self.staging.slice(..(QUAD_BYTES * (self.lanes * OWN + slots * self.each())) as u64)
+        self.staging.slice(..(QUAD_BYTES * (self.numbers.len() + slots * self.each())) as u64)
     }
 
-    /// Maps the staging buffer. A lost device is reported by the wait.
-    fn map(&self, slots: usize) {
-        self.staged(slots).map_async(wgpu::MapMode::Read, |_| {});
+    /// Maps the copy of the answers, which was submitted. A lost device is reported by the wait.
+    pub fn map(&self) {
+        self.staged(self.copied).map_async(wgpu::MapMode::Read, |_| {});
     }
 
     /// Copies slots, the first of which is in its place in the staging buffer behind the numbers of all lanes.
@@ -201,28 +242,28 @@ impl Told {
         if count == 0 {
             return;
         }
-        let (own, each) = (self.lanes * OWN, self.each());
-        let from = (QUAD_BYTES * (own + self.lanes * self.fruit + first * each)) as u64;
-        let to = (QUAD_BYTES * (own + first * each)) as u64;
+        let (numbers, each) = (self.numbers.len(), self.each());
+        let from = (QUAD_BYTES * (numbers + self.lanes * self.fruit + first * each)) as u64;
+        let to = (QUAD_BYTES * (numbers + first * each)) as u64;
         let bytes = (QUAD_BYTES * count * each) as u64;
         encoder.copy_buffer_to_buffer(&self.told, from, &self.staging, to, bytes);
     }
 
-    /// Waits for the answers, if there was a question. Work submitted behind it goes on, unless more happened than was foreseen.
+    /// Takes the answers out of the mapped buffer, after the wait for their submission. Work submitted behind it goes on, unless more happened than was foreseen.
     ///
     /// # Errors
     /// The device was lost.
     pub fn fetch(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
-        let Some((asked, copied)) = self.reading.take() else { return Ok(()) };
-        gpu.wait_for(Some(asked))?;
+        let copied = self.copied;
         self.take(0, copied)?;
-        let given =
-            (0..self.lanes).filter_map(|lane| self.slot(lane)).map(|slot| slot + 1).max().unwrap_or(0);
+        let slots = (0..self.lanes).filter_map(|lane| self.slot(lane));
+        let given = slots.map(|slot| slot + 1).max().unwrap_or(0);
         if given > copied {
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
             self.copy(&mut encoder, copied, given - copied);
             let asked = gpu.queue.submit([encoder.finish()]);
-            self.map(given);
+            self.copied = given;
+            self.map();
             gpu.wait_for(Some(asked))?;
             self.take(copied, given)?;
         }
@@ -232,12 +273,14 @@ impl Told {
 
     /// Takes the numbers of all lanes, and slots from one to another, out of the mapped buffer.
     fn take(&mut self, first: usize, end: usize) -> Result<(), GpuError> {
-        let (own, each) = (self.lanes * OWN, self.each());
+        let each = self.each();
         let view = self.staged(end).get_mapped_range().map_err(|e| GpuError::Lost(e.to_string()))?;
         let mapped: &[[f32; QUAD]] = bytemuck::cast_slice(&view);
-        self.numbers.copy_from_slice(&mapped[..own]);
+        let told = self.lanes * self.frames() * OWN;
+        self.numbers[..told].copy_from_slice(&mapped[..told]);
         self.slots.resize((end * each).max(self.slots.len()), [0.0; QUAD]);
-        let (here, there) = (&mut self.slots[first * each..end * each], &mapped[own + first * each..]);
+        let slots = &mapped[self.numbers.len()..];
+        let (here, there) = (&mut self.slots[first * each..end * each], &slots[first * each..]);
         here.par_chunks_mut(each)
             .zip(there.par_chunks(each))
             .for_each(|(here, there)| here.copy_from_slice(there));
@@ -246,25 +289,31 @@ impl Told {
         Ok(())
     }
 
-    fn number(&self, lane: usize, field: usize) -> f32 {
-        self.numbers[lane * OWN + field / QUAD][field % QUAD]
+    fn number(&self, lane: usize, frame: usize, field: usize) -> f32 {
+        self.numbers[(frame * self.lanes + lane) * OWN + field / QUAD][field % QUAD]
     }
 
+    /// The slot of a lane after a frame.
+    fn slot_after(&self, lane: usize, frame: usize) -> Option<usize> {
+        let slot = self.number(lane, frame, told::SLOT).to_bits();
+        (slot != NOWHERE).then_some(slot as usize)
+    }
+
+    /// The slot of a lane, which was given after the last frame that it took.
     fn slot(&self, lane: usize) -> Option<usize> {
-        let slot = self.number(lane, told::SLOT).to_bits();
-        (self.wishes[lane] != Wish::Nothing && slot != NOWHERE).then_some(slot as usize)
+        (0..self.wishes[lane].told()).find_map(|frame| self.slot_after(lane, frame))
     }
 
-    /// News of a lane about which something was asked.
-    pub fn news(&self, lane: usize) -> News {
+    /// News of a lane after a frame that it took.
+    pub fn news(&self, lane: usize, frame: usize) -> News {
         News {
-            is_whole: self.slot(lane).is_some(),
-            lost: self.number(lane, told::LOST).to_bits(),
-            unsolved: self.number(lane, told::UNSOLVED).to_bits(),
-            contact_impulse: self.number(lane, told::IMPULSE),
-            peak_contact_force: self.number(lane, told::PEAK),
-            excess: self.number(lane, told::EXCESS),
-            tension: self.number(lane, told::TENSION),
+            is_whole: self.slot_after(lane, frame).is_some(),
+            lost: self.number(lane, frame, told::LOST).to_bits(),
+            unsolved: self.number(lane, frame, told::UNSOLVED).to_bits(),
+            contact_impulse: self.number(lane, frame, told::IMPULSE),
+            peak_contact_force: self.number(lane, frame, told::PEAK),
+            excess: self.number(lane, frame, told::EXCESS),
+            tension: self.number(lane, frame, told::TENSION),
         }
     }
 

@@ -78,6 +78,11 @@ impl Component for ReachAndGrasp {
         world.is_held(target.fruit as usize)
     }
 
+    fn frames_to_meet(_: &World, _: &FruitTarget, _: &ComponentRules, _: f64) -> u32 {
+        // A grip touches.
+        u32::MAX
+    }
+
     fn named_fruit(target: &FruitTarget) -> Option<u32> {
         Some(target.fruit)
     }

@@ -33,6 +33,9 @@ pub trait Component: Debug + Clone + PartialEq + Send + Sync + 'static {
     /// True if the world meets the target now.
     fn is_met(world: &World, target: &Self::Target, rules: &ComponentRules) -> bool;
 
+    /// Number of the first of the next frames, each of a length \[s\], after which the world may meet the target if nothing touches wood or fruit in them; at least 1.
+    fn frames_to_meet(world: &World, target: &Self::Target, rules: &ComponentRules, frame: f64) -> u32;
+
     /// Returns the fruit whose detachment is not counted as damage.
     fn named_fruit(target: &Self::Target) -> Option<u32>;
 

@@ -51,6 +51,14 @@ impl<C: Component> TrialWatch<C> {
         &self.target
     }
 
+    /// Number of frames after which the trial may have ended, at the earliest, if nothing touches wood or fruit in them; at least 1.
+    pub fn frames_left(&self, world: &World, rules: &ComponentRules) -> u32 {
+        let frame = world.spec().sim.frame();
+        let to_meet = if self.met > 0 { 0 } else { C::frames_to_meet(world, &self.target, rules, frame) };
+        let met = to_meet.saturating_sub(1).saturating_add(self.needed - self.met.min(self.needed));
+        self.frames.saturating_sub(world.frame()).min(met).max(1)
+    }
+
     /// Adds a frame with its events; returns how the trial ends with it, `None` if it goes on.
     pub fn after_step(
         &mut self,
