@@ -16,6 +16,10 @@ use crate::error::EnvError;
 #[cfg(feature = "gpu")]
 const CREWS: usize = 2;
 
+/// Most frames of a step that are sent to a device at once, our own choice: steps at 7.5 Hz and faster. Each takes 5 kB a world there and here.
+#[cfg(feature = "gpu")]
+const MOST_FRAMES: usize = 8;
+
 /// Frames of a crew under way.
 #[cfg(feature = "gpu")]
 pub(crate) type Begun = orchard_lockstep::Begun;
@@ -65,23 +69,24 @@ fn device(e: &dyn std::error::Error) -> EnvError {
 }
 
 impl Mover {
-    /// Makes the mover of a scenario's worlds in some lanes.
+    /// Makes the mover of a scenario's worlds in some lanes, which take up to so many frames at once.
     ///
     /// # Errors
     /// There is no device, or it cannot step these worlds.
-    pub fn new(scenario: &Scenario, backend: Backend, lanes: usize) -> Result<Self, EnvError> {
+    pub fn new(scenario: &Scenario, backend: Backend, lanes: usize, frames: usize) -> Result<Self, EnvError> {
         match backend {
             Backend::Cpu => Ok(Self::Cpu),
             #[cfg(not(feature = "gpu"))]
             Backend::Gpu => {
-                let _ = (scenario, lanes);
+                let _ = (scenario, lanes, frames);
                 Err(EnvError::Device("this program was built without the feature `gpu`".to_owned()))
             }
             #[cfg(feature = "gpu")]
             Backend::Gpu => {
                 let gpu = open_device().map_err(|e| device(&e))?;
                 let samples = orchard_lockstep::samples(std::slice::from_ref(scenario));
-                let crews = orchard_lockstep::Lockstep::crews(&gpu, &samples, lanes, CREWS);
+                let crews =
+                    orchard_lockstep::Lockstep::crews(&gpu, &samples, lanes, CREWS, frames.min(MOST_FRAMES));
                 let (crews, eyes) =
                     (crews.map_err(|e| device(&e))?, Box::new(orchard_lockstep::Eyes::new(&gpu)));
                 Ok(Self::Gpu(Device { crews, eyes, gpu, observed: None, profile: None }))
@@ -145,7 +150,7 @@ impl Mover {
         match self {
             Self::Cpu => {
                 spans.par_iter_mut().for_each(|span| {
-                    for frame in 0..span.frames().1.len() {
+                    for _ in 0..span.frames().1.len() {
                         let (world, commands) = span.frames();
                         world.step(&commands[0]);
                         if !span.after_frame() {

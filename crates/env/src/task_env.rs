@@ -76,7 +76,7 @@ impl TaskEnv {
         };
         let identity = format!("{interface:?} {protocol:?}");
         let identity = orchard_bench::digest::config_hash(&[("env", &identity)]);
-        let mover = Mover::new(scenario, settings.backend, worlds.len())?;
+        let mover = Mover::new(scenario, settings.backend, worlds.len(), interface.policy.frames as usize)?;
         let slots = worlds.enumerate().map(|(env, world)| Slot::new(env, world)).collect();
         let scenario = scenario.clone();
         Ok(Self {

@@ -27,7 +27,7 @@ impl Env {
         worlds: Range<u32>,
         backend: Backend,
     ) -> Result<Self, EnvError> {
-        let mut mover = Mover::new(scenario, backend, worlds.len())?;
+        let mut mover = Mover::new(scenario, backend, worlds.len(), 1)?;
         let built: Vec<Result<World, EnvError>> = worlds
             .into_par_iter()
             .map(|world| scenario.world(seed, world, 0).map_err(|source| EnvError::World { world, source }))

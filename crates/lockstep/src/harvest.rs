@@ -61,7 +61,7 @@ impl Together {
         lanes: usize,
         threads: usize,
     ) -> Result<Self, TogetherError> {
-        let crews = Lockstep::crews(gpu, &samples(conditions), lanes, lanes.div_ceil(CREW).max(2))?;
+        let crews = Lockstep::crews(gpu, &samples(conditions), lanes, lanes.div_ceil(CREW).max(2), 1)?;
         Ok(Self { harvest, seats: Seats::new(crews, threads)?, lanes })
     }
 

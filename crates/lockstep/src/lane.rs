@@ -45,6 +45,8 @@ impl From<BatchError> for LockstepError {
 pub struct Lockstep {
     pub(crate) batch: WorldBatch,
     pub(crate) lanes: Vec<Option<Occupant>>,
+    /// Most frames that a world takes at once.
+    pub(crate) frames: usize,
     pub(crate) tally: Tally,
     pub(crate) profile: Option<Profile>,
 }
@@ -70,11 +72,11 @@ pub(crate) struct Occupant {
 }
 
 impl Lockstep {
-    /// Makes lanes, all empty, with room for trees like those of some sample worlds; all worlds to come have the samples' robot and rules.
+    /// Makes lanes, all empty, with room for trees like those of some sample worlds; all worlds to come have the samples' robot and rules. The worlds take at most `frames` of a span at once, for which there must be memory.
     ///
     /// # Errors
     /// There is no sample or no lane; the device cannot step such a world, or has no room for so many lanes.
-    pub fn new(gpu: &Gpu, samples: &[World], lanes: usize) -> Result<Self, LockstepError> {
+    pub fn new(gpu: &Gpu, samples: &[World], lanes: usize, frames: usize) -> Result<Self, LockstepError> {
         let (Some(first), false) = (samples.first(), lanes == 0) else {
             return Err(LockstepError::Empty { samples: samples.len(), lanes });
         };
@@ -83,8 +85,15 @@ impl Lockstep {
         }
         let trees: Vec<TreeWorld> = samples.iter().map(tree_of).collect();
         let room = Room::for_trees(&trees, MORE_ROOM)?;
-        let batch = WorldBatch::with_lanes(gpu, room, &trees[0], first.robot(), lanes)?;
-        Ok(Self { batch, lanes: (0..lanes).map(|_| None).collect(), tally: Tally::default(), profile: None })
+        let batch = WorldBatch::with_lanes(gpu, room, &trees[0], first.robot(), lanes, frames)?;
+        let profile = None;
+        Ok(Self {
+            batch,
+            lanes: (0..lanes).map(|_| None).collect(),
+            tally: Tally::default(),
+            profile,
+            frames,
+        })
     }
 
     /// Makes lanes of several locksteps of about the same size, so that the device computes a frame of one while the processor is busy with others; the lanes of the first come first. At most one crew a lane.
@@ -96,10 +105,11 @@ impl Lockstep {
         samples: &[World],
         lanes: usize,
         crews: usize,
+        frames: usize,
     ) -> Result<Vec<Self>, LockstepError> {
         let each = lanes.div_ceil(crews.max(1));
         let firsts = (0..lanes.max(1)).step_by(each.max(1));
-        firsts.map(|first| Self::new(gpu, samples, each.min(lanes - first))).collect()
+        firsts.map(|first| Self::new(gpu, samples, each.min(lanes - first), frames)).collect()
     }
 
     /// Number of lanes.

@@ -13,7 +13,7 @@
 //! use orchard_scenario::Scenario;
 //! let scenario = Scenario::of(&[])?;
 //! let mut worlds = (0..8).map(|index| scenario.world(1, index, 0)).collect::<Result<Vec<_>, _>>()?;
-//! let mut together = Lockstep::new(&Gpu::open(Choice::default())?, &worlds, worlds.len())?;
+//! let mut together = Lockstep::new(&Gpu::open(Choice::default())?, &worlds, worlds.len(), 1)?;
 //! for (lane, world) in worlds.iter().enumerate() {
 //!     together.enter(lane, world)?;
 //! }

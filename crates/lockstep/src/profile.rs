@@ -1,16 +1,16 @@
-//! Time that the parts of a frame take, for measurements of speed. No result depends on it.
+//! Time that the parts of a round of frames take, for measurements of speed. No result depends on it.
 
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-/// Wall time by the part of a frame, and device time by kernel, summed up over frames.
+/// Wall time by the part of a round, in which a crew begins and ends frames once, and device time by kernel, summed up over rounds.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Profile {
-    /// Frames of crews that it holds.
-    pub frames: u64,
+    /// Rounds of crews that it holds.
+    pub rounds: u64,
     /// Wall time of the processor by part \[s\].
     pub host: BTreeMap<&'static str, f64>,
-    /// Time of the device by kernel \[s\], by its own clock; `all` is from the beginning of a frame's first kernel to the end of its last. Empty where the adapter has no clock.
+    /// Time of the device by kernel \[s\], by its own clock; `all` is from the beginning of a round's first kernel to the end of its last. Empty where the adapter has no clock.
     pub device: BTreeMap<&'static str, f64>,
     /// Contacts of each lane in the latest substep on the device, and Newton iterations of their solve.
     pub solves: Vec<[u32; 2]>,
@@ -25,7 +25,7 @@ impl Profile {
     /// Adds another one.
     #[must_use]
     pub fn with(mut self, other: &Self) -> Self {
-        self.frames += other.frames;
+        self.rounds += other.rounds;
         for (own, others) in [(&mut self.host, &other.host), (&mut self.device, &other.device)] {
             for (part, seconds) in others {
                 *own.entry(part).or_default() += seconds;
@@ -36,7 +36,7 @@ impl Profile {
     }
 }
 
-/// Takes the times of a frame's parts, if they are kept.
+/// Takes the times of a round's parts, if they are kept.
 #[derive(Debug)]
 pub(crate) struct Stopwatch {
     since: Option<Instant>,

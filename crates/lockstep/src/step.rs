@@ -1,6 +1,6 @@
 //! The next frames of all worlds.
 
-use orchard_gpu::{Course, GpuError, MOST_FRAMES, News, Tenant, WorldBatch};
+use orchard_gpu::{Course, GpuError, News, Tenant, Wish, WorldBatch};
 use orchard_multibody::ContactReport;
 use orchard_robot::Command;
 use orchard_world::{Calm, Moved, Outlook, Span, World};
@@ -23,8 +23,7 @@ struct Start {
     place: Where,
     /// Commands that act in the frames for which the world is lent to the device; none if it is not.
     commands: Vec<Command>,
-    /// True if wood and fruit are needed after the last of them.
-    is_whole: bool,
+    wish: Wish,
     /// True if wood and fruit must catch up before: the world comes to the device, or leaves it.
     is_late: bool,
     /// Places of the frames that were computed here.
@@ -32,7 +31,7 @@ struct Start {
 }
 
 impl Lockstep {
-    /// Advances worlds by frames, each under its commands: by all of its span on the device unless something happens to its tree, else by at least one. Worlds in other lanes stand still.
+    /// Advances worlds by the frames of their spans, or by the first of them if there is no room for all. A world that leaves the device in the midst of them takes the others here. Worlds in other lanes stand still.
     ///
     /// # Errors
     /// The device was lost; then the frames are not over, and the worlds cannot go on.
@@ -54,8 +53,8 @@ impl Lockstep {
     /// No world has entered a lane.
     pub fn begin<S: Span>(&mut self, spans: &mut [S]) -> Result<Begun, GpuError> {
         let mut watch = Stopwatch::start(self.profile.as_ref());
-        let lanes = &self.lanes;
-        let mut starts: Vec<Start> = spans.par_iter_mut().map(|span| start_of(lanes, span)).collect();
+        let (lanes, most) = (&self.lanes, self.frames);
+        let mut starts: Vec<Start> = spans.par_iter_mut().map(|span| start_of(lanes, most, span)).collect();
         let late = spans.iter_mut().zip(&starts).filter(|(_, start)| start.is_late);
         let mut late: Vec<_> = late.map(|(span, _)| (span.lane(), span.frames().0)).collect();
         self.catch_up(&mut late)?;
@@ -64,13 +63,13 @@ impl Lockstep {
         watch.part(&mut self.profile, "exchange");
         let mut courses = vec![Course::default(); self.lanes.len()];
         for (span, start) in spans.iter().zip(&starts) {
-            courses[span.lane()] = Course { commands: &start.commands, is_whole: start.is_whole };
+            courses[span.lane()] = Course { commands: &start.commands, wish: start.wish };
         }
         self.batch.advance_lanes(&courses)?;
         watch.part(&mut self.profile, "submit");
         // While the device is at work.
         let here = spans.par_iter_mut().zip(&mut starts).filter(|(_, start)| start.commands.is_empty());
-        here.for_each(|(span, start)| start.here = step_here(span, start.place));
+        here.for_each(|(span, start)| start.here = step_here(span, start.place, most));
         watch.part(&mut self.profile, "step_here");
         Ok(Begun { starts })
     }
@@ -90,12 +89,19 @@ impl Lockstep {
         watch.part(&mut self.profile, "read");
         let (batch, lanes) = (&self.batch, &self.lanes);
         let lent = spans.par_iter_mut().zip(&starts);
-        let ends: Vec<End> = lent.map(|(span, start)| take_back(batch, lanes, span, start)).collect();
+        let mut ends: Vec<End> = lent.map(|(span, start)| take_back(batch, lanes, span, start)).collect();
         watch.part(&mut self.profile, "take_back");
+        let left = spans.par_iter_mut().zip(&starts).zip(&mut ends);
+        left.for_each(|((span, start), end)| {
+            if let Some(place) = end.left {
+                end.here = step_here(span, place, start.commands.len() - end.frames);
+            }
+        });
+        watch.part(&mut self.profile, "step_here");
         let there = ends.iter().map(|end| (Where::Device, end.frames));
-        let here = starts.iter().flat_map(|start| &start.here).map(|place| (*place, 1));
-        self.tally.count(there.chain(here));
-        for (span, end) in spans.iter().zip(ends) {
+        let here = starts.iter().flat_map(|start| &start.here).chain(ends.iter().flat_map(|end| &end.here));
+        self.tally.count(there.chain(here.map(|place| (*place, 1))));
+        for (span, end) in spans.iter().zip(&ends) {
             let (lane, Some(last)) = (span.lane(), end.last) else { continue };
             let Some(occupant) = &mut self.lanes[lane] else { continue };
             self.tally.calm += end.calm as u64;
@@ -104,7 +110,7 @@ impl Lockstep {
             self.tally.contacts_lost += lost;
             self.tally.contacts_unsolved += unsolved;
             (occupant.impulse, occupant.faults) = (f64::from(last.contact_impulse), faults);
-            if end.is_off_stem {
+            if end.is_off_stem || end.is_ahead {
                 // The device takes it anew.
                 occupant.is_on_device = false;
                 self.batch.retire(lane);
@@ -112,7 +118,7 @@ impl Lockstep {
         }
         watch.part(&mut self.profile, "count");
         if let Some(profile) = &mut self.profile {
-            profile.frames += 1;
+            profile.rounds += 1;
         }
         Ok(())
     }
@@ -137,7 +143,7 @@ impl Lockstep {
         let batch = &self.batch;
         worlds.par_iter_mut().filter(|(_, world)| world.is_behind()).for_each(|(lane, world)| {
             world.catch_up(|model, data| {
-                batch.store_whole(*lane, model, data);
+                batch.store_whole((*lane, 0), model, data);
             });
         });
         Ok(())
@@ -204,54 +210,49 @@ struct End {
     last: Option<News>,
     /// True if a fruit came off or into the hand.
     is_off_stem: bool,
+    /// True if the device has taken frames that do not count.
+    is_ahead: bool,
+    /// Reason for which the frames that follow in its span are computed here; none if there are none.
+    left: Option<Where>,
+    /// Their places.
+    here: Vec<Where>,
 }
 
 fn occupant(lanes: &[Option<Occupant>], lane: usize) -> &Occupant {
     lanes[lane].as_ref().unwrap_or_else(|| panic!("no world has entered lane {lane}"))
 }
 
-/// Finds where the next frames of a world are computed.
-fn start_of<S: Span>(lanes: &[Option<Occupant>], span: &mut S) -> Start {
+/// Finds where the next frames of a world, of which it can take so many at once, are computed.
+fn start_of<S: Span>(lanes: &[Option<Occupant>], most: usize, span: &mut S) -> Start {
     let (occupant, is_whole) = (occupant(lanes, span.lane()), span.is_whole());
     let (world, given) = span.frames();
-    let commands = &given[..given.len().min(MOST_FRAMES)];
-    let Outlook { stays, frames, is_whole: is_needed } = world.outlook(commands);
+    let commands = &given[..given.len().min(most)];
+    let Outlook { stays, is_watched } = world.outlook(commands);
     let place = match (&occupant.fitted, stays) {
         (None, _) => Where::TooLarge,
         (Some(_), Some(stay)) => Where::Here(stay),
         (Some(_), None) => Where::Device,
     };
     let is_there = place == Where::Device && occupant.is_on_device;
+    let wish = match (is_watched, is_whole && commands.len() == given.len()) {
+        (true, _) => Wish::Each,
+        (false, true) => Wish::Last,
+        (false, false) => Wish::News,
+    };
+    let lent = if place == Where::Device { commands.len() } else { 0 };
     let is_late = !is_there && world.is_behind();
-    // One that comes to the device knows nothing of its fruit a frame ago.
-    let frames = if is_there { frames } else { 1 };
-    let is_last = frames == given.len();
-    let lent = if place == Where::Device { frames } else { 0 };
     let commands = world.coming(commands).take(lent).copied().collect();
-    Start {
-        place,
-        commands,
-        is_whole: (is_whole && is_last) || is_needed || !is_there,
-        is_late,
-        here: Vec::new(),
-    }
+    Start { place, commands, wish, is_late, here: Vec::new() }
 }
 
-/// Computes frames of a world here until it may go to the device, the first one for a reason that is known; returns the reasons.
-fn step_here<S: Span>(span: &mut S, first: Where) -> Vec<Where> {
+/// Computes up to so many frames of a world here, the first one for a reason that is known; returns the reasons.
+fn step_here<S: Span>(span: &mut S, first: Where, most: usize) -> Vec<Where> {
     let mut places = Vec::new();
-    for frame in 0..span.frames().1.len() {
+    for _ in 0..span.frames().1.len().min(most) {
         let (world, commands) = span.frames();
         let command = commands[0];
-        let place = match first {
-            Where::Here(_) if frame > 0 => match world.outlook(&[command]).stays {
-                Some(stay) => Where::Here(stay),
-                None => break,
-            },
-            known => known,
-        };
         world.step(&command);
-        places.push(place);
+        places.push(first);
         if !span.after_frame() {
             break;
         }
@@ -275,7 +276,7 @@ fn take_back<S: Span>(batch: &WorldBatch, lanes: &[Option<Occupant>], span: &mut
         if news.is_whole {
             end.is_off_stem = world.take_back(&command, |model, handle, data| {
                 let set_points = batch.store_driven((lane, frame), model, handle, data);
-                let meeting = batch.store_whole(lane, model, data).unwrap_or_default();
+                let meeting = batch.store_whole((lane, frame), model, data).unwrap_or_default();
                 let contacts = meeting.contacts.iter().map(|contact| ContactReport {
                     a: occupant.of_tree[contact.tree],
                     b: occupant.of_robot[contact.robot],
@@ -284,7 +285,7 @@ fn take_back<S: Span>(batch: &WorldBatch, lanes: &[Option<Occupant>], span: &mut
                     gap: contact.gap,
                     force_world: contact.force_world,
                 });
-                let v_fruit_before = batch.fruit_before(lane).collect();
+                let v_fruit_before = batch.fruit_before(lane, frame).collect();
                 Moved { set_points, contacts: contacts.collect(), impulse, peak_force, v_fruit_before }
             });
         } else {
@@ -297,7 +298,20 @@ fn take_back<S: Span>(batch: &WorldBatch, lanes: &[Option<Occupant>], span: &mut
                 tension: f64::from(news.tension),
             });
         }
-        if !span.after_frame() || news.is_whole {
+        let goes_on = span.after_frame();
+        if end.frames == start.commands.len() {
+            break;
+        }
+        if goes_on && news.is_whole {
+            let (world, commands) = span.frames();
+            end.left = match world.outlook(&commands[..1]).stays {
+                Some(stay) => Some(Where::Here(stay)),
+                // What the device knows of the fruit is not true any more.
+                None => end.is_off_stem.then_some(Where::Changed),
+            };
+        }
+        if !goes_on || end.left.is_some() {
+            end.is_ahead = true;
             break;
         }
     }

@@ -14,6 +14,8 @@ pub enum Where {
     Here(Stay),
     /// In f64, since the tree is larger than the lanes.
     TooLarge,
+    /// In f64, since a fruit has come off or into the hand in the midst of a span.
+    Changed,
 }
 
 impl Where {
@@ -23,6 +25,7 @@ impl Where {
             Self::Device => "device",
             Self::Here(stay) => stay.name(),
             Self::TooLarge => "large_tree",
+            Self::Changed => "fruit_came_off",
         }
     }
 }

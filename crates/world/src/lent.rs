@@ -2,7 +2,7 @@
 //!
 //! The world is lent for some frames under commands that are known before ([`World::coming`]). [`World::take_back`] takes a frame with the motion that came of it: all rules of a frame, sensors, ruptures, stems, events,
 //! loads, are applied here, as in [`World::step`]. What a device does not know is computed here: then [`World::outlook`] tells why.
-//! After a calm frame ([`World::take_back_calm`]) only the robot is brought here; wood and fruit follow when they are needed. A frame that is not calm is the last one that is lent.
+//! After a calm frame ([`World::take_back_calm`]) only the robot is brought here; wood and fruit follow when they are needed. After one that is not calm all of them are brought here, so that what follows can be computed here instead.
 
 use crate::World;
 use crate::event::Status;
@@ -11,13 +11,13 @@ use crate::state::State;
 use orchard_fruit::Phase;
 use orchard_geometry::{Vec3, transform};
 use orchard_multibody::{
-    ColliderId, ContactReport, Data, Model, Owner, forward_kinematics, forward_kinematics_of,
+    BodyId, ColliderId, ContactReport, Data, Model, Owner, forward_kinematics, forward_kinematics_of,
 };
 use orchard_robot::{Command, RobotHandle, SetPoints};
 use orchard_spec::fault::FaultKind;
 use orchard_treephys::wind::Weather;
 
-/// Largest way of a point of the robot in a frame: this many times what its speed at the frame's start makes, and a way that it accelerates over \[m\]. Our own choice: an arm that
+/// Largest way by which two things come nearer to each other in a frame: this many times what their speed at the frame's start makes, and a way that they accelerate over \[m\]. Our own choice: an arm that
 /// accelerates by 10 rad/s2 at a reach of 0.85 m comes 1.2 mm farther in a sixtieth of a second.
 const FASTER: f64 = 1.2;
 const SLACK: f64 = 0.002;
@@ -57,17 +57,6 @@ impl Stay {
     }
 }
 
-/// Time until the robot may touch itself, the ground, posts or wires, or a fruit in its hand all but the robot.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Nearness {
-    /// In the next frame.
-    Now,
-    /// In the one after it.
-    Soon,
-    /// Later than that, or never: not in so many frames and the one after them.
-    Far(usize),
-}
-
 /// All that came of a frame besides the motion.
 #[derive(Debug, Clone)]
 pub struct Moved {
@@ -103,10 +92,8 @@ pub struct Calm {
 pub struct Outlook {
     /// Reason for which the next frame is computed here; `None` if it may be lent.
     pub stays: Option<Stay>,
-    /// Number of frames for which the world may be lent if all but the last are calm; at least 1.
-    pub frames: usize,
-    /// True if the motion of wood and fruit is needed at their end, whatever happens in them.
-    pub is_whole: bool,
+    /// True if wood and fruit are needed after every one of the frames, so that it can be told where the next one is computed; else only after those in which something happens to them, and those that follow.
+    pub is_watched: bool,
 }
 
 impl World {
@@ -115,23 +102,24 @@ impl World {
         self.state.commands.iter().chain(commands).take(commands.len())
     }
 
-    /// Tells where the next frames under some commands, at least one, can be computed, and if they may be calm.
+    /// Tells where the next frame under some commands, at least one, can be computed, and if all of them may be calm.
     ///
     /// # Panics
     /// There is no command.
     pub fn outlook(&mut self, commands: &[Command]) -> Outlook {
-        let nearness = self.nearness(commands.len());
-        let stays = self.stays(&commands[0]).or((nearness == Nearness::Now).then_some(Stay::Near));
-        let (spec, state) = (&*self.spec, &self.state);
-        let most = match nearness {
-            Nearness::Far(frames) if spec.fault.is_none() && state.is_calm() => frames,
-            _ => return Outlook { stays, frames: 1, is_whole: true },
-        };
-        let has_cup = self.parts.handle.cup.is_some();
-        let opens = self.coming(commands).skip(1).position(|command| has_cup && opens_valve(command));
-        let most = opens.map_or(most, |calm| calm + 1);
-        let kept = (1..=most).find(|&frame| self.shutter.keeps(state.frame + frame as u32));
-        Outlook { stays, frames: kept.unwrap_or(most), is_whole: kept.is_some() }
+        let stays = self.stays(&commands[0]);
+        // And in the frame after them, for which the motion would be needed at their end.
+        let is_far = !self.may_meet(commands.len() + 1);
+        let stays = stays.or((!is_far && self.may_meet(1)).then_some(Stay::Near));
+        let (spec, parts, state) = (&*self.spec, &*self.parts, &self.state);
+        let mut frames = (1..).map(|k| state.frame + k).zip(self.coming(commands));
+        let has_cup = parts.handle.cup.is_some();
+        let is_calm = is_far
+            && spec.fault.is_none()
+            && state.is_calm()
+            && frames
+                .all(|(frame, command)| !self.shutter.keeps(frame) && !(has_cup && opens_valve(command)));
+        Outlook { stays, is_watched: !is_calm }
     }
 
     fn stays(&mut self, command: &Command) -> Option<Stay> {
@@ -155,26 +143,41 @@ impl World {
         (parts.handle.cup.is_some() && is_open).then_some(Stay::Cup)
     }
 
-    /// Finds when, looking some frames ahead, the robot may touch itself, the ground, posts or wires, and a fruit in its hand these or other fruit, from the speeds of robot and fruit.
-    fn nearness(&mut self, most: usize) -> Nearness {
+    /// True if within some frames the robot may touch itself, the ground, posts or wires, or a fruit in its hand these or other fruit, by the speeds of robot and fruit.
+    fn may_meet(&mut self, frames: usize) -> bool {
         let (spec, parts, state) = (&*self.spec, &*self.parts, &mut self.state);
         let State { data, vicinity, speeds, groups_beside, fruit, .. } = state;
         let (data, base) = (&*data, parts.handle.base);
+        let colliders = parts.model.colliders();
+        let twist_at = |body: BodyId, p_world: &Vec3| {
+            (data.point_velocity_world(body, p_world), data.velocity(body).angular)
+        };
+        // The base carries all of the robot along, and drives over level ground.
         let is_alone = parts.struts.is_empty();
-        speeds.clear();
-        speeds.resize(parts.model.colliders().len(), 0.0);
-        for &c in &parts.robot_colliders {
-            let Owner::Body(body) = parts.model.colliders()[c].owner else { continue };
+        let twist_of_ground = |p_world: &Vec3| match is_alone {
+            true => twist_at(base, p_world),
+            false => (Vec3::zeros(), Vec3::zeros()),
+        };
+        let twist = |c: usize, p_world: &Vec3| match colliders[c].owner {
+            Owner::World => twist_of_ground(p_world),
+            Owner::Body(body) => twist_at(body, p_world),
+            Owner::Point(point) => (data.point_v_world[point.index()], Vec3::zeros()),
+        };
+        // Largest speed of a point of the ball about a collider, as it is seen where a place has a twist; none on the ground.
+        let speed = |c: usize, seen: &dyn Fn(&Vec3) -> (Vec3, Vec3)| {
             let (centre, radius) = &parts.bounds[c];
-            let p_world = transform(data.x_world_body(body), centre);
-            let mut v_world = data.point_velocity_world(body, &p_world);
-            let mut w_world = data.velocity(body).angular;
-            if is_alone {
-                // The base carries all of the robot along, and drives over level ground.
-                v_world -= data.point_velocity_world(base, &p_world);
-                w_world -= data.velocity(base).angular;
-            }
-            speeds[c] = v_world.norm() + w_world.norm() * radius;
+            let p_world = match colliders[c].owner {
+                Owner::World => return None,
+                Owner::Body(body) => transform(data.x_world_body(body), centre),
+                Owner::Point(point) => data.point_p_world[point.index()],
+            };
+            let ((v, w), (v_seen, w_seen)) = (twist(c, &p_world), seen(&p_world));
+            Some((v - v_seen).norm() + (w - w_seen).norm() * radius)
+        };
+        speeds.clear();
+        speeds.resize(colliders.len(), 0.0);
+        for &c in &parts.robot_colliders {
+            speeds[c] = speed(c, &twist_of_ground).unwrap_or(0.0);
         }
         let mut groups = &parts.groups_alone;
         if fruit.any_off_stem() {
@@ -185,22 +188,16 @@ impl World {
             }
             groups = groups_beside;
         }
-        // Two links may approach each other, and there is no force at a distance. What the robot gains in speed grows with the square of the time.
-        let mut is_near = |frames: f64| {
-            let way = |id: ColliderId| {
-                FASTER * speeds[id.index()] * spec.sim.frame() * frames + SLACK * frames * frames
-            };
-            vicinity.any(&parts.model, data, groups, way)
+        // There is no force at a distance: what counts is the way. What the robot gains in speed grows with the square of the time.
+        let time = spec.sim.frame() * frames as f64;
+        let slack = SLACK * (frames * frames) as f64;
+        let alone = |id: ColliderId| FASTER * speeds[id.index()] * time + slack;
+        let together = |a: ColliderId, b: ColliderId| {
+            let pairs = [(a.index(), b.index()), (b.index(), a.index())];
+            let seen = pairs.into_iter().filter_map(|(c, from)| speed(c, &|p_world| twist(from, p_world)));
+            (FASTER * seen.fold(f64::INFINITY, f64::min) * time + slack).min(alone(a) + alone(b))
         };
-        if !is_near(most as f64 + 1.0) {
-            Nearness::Far(most)
-        } else if !is_near(2.0) {
-            Nearness::Far(1)
-        } else if is_near(1.0) {
-            Nearness::Now
-        } else {
-            Nearness::Soon
-        }
+        vicinity.any(&parts.model, data, groups, alone, together)
     }
 
     /// Takes a frame that was lent, under a command that was given to the world. `write` writes coordinates, velocities, the motion of fruit that hang or are in the hand, and the servos' inputs of the last substep into the state. Returns true if a fruit came off or came

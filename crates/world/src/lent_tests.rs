@@ -8,16 +8,17 @@ use orchard_spec::{Purpose, Spec, Stream};
 
 use crate::{Stay, World};
 
-/// In a frame that may be lent the robot presses on nothing but tree and fruit, although set points jump at random and the arm is at its limits.
+/// In a frame that may be lent, and in frames that need not be watched, the robot presses on nothing but tree and fruit, although set points jump at random and the arm is at its limits.
 #[test]
 fn a_robot_that_may_touch_itself_or_the_ground_stays_here() {
     let (spec, robot) = (Arc::new(Spec::paper()), Arc::new(RobotModel::paper()));
     let mut draws = Stream::new(1, 0, Purpose::Test);
-    let (mut stayed, mut pressed) = (0, 0);
+    let (mut stayed, mut pressed, mut unwatched) = (0, 0, 0);
     for index in 0..2 {
         let mut world = World::new(spec.clone(), robot.clone(), 20_250_704, index).unwrap();
         let start = robot.start_command();
         let mut command = start;
+        let mut unwatched_until = 0;
         for frame in 0..600 {
             if frame % 12 == 0 {
                 for k in 0..command.arm_q.len() {
@@ -25,6 +26,10 @@ fn a_robot_that_may_touch_itself_or_the_ground_stays_here() {
                 }
             }
             let stays = world.outlook(&[command]).stays.is_some();
+            if !world.outlook(&[command; 3]).is_watched {
+                unwatched_until = frame + 3;
+            }
+            unwatched += u32::from(frame < unwatched_until);
             world.step(&command);
             let model = world.model();
             let is_robots = |id| {
@@ -39,10 +44,11 @@ fn a_robot_that_may_touch_itself_or_the_ground_stays_here() {
                     && !pair.into_iter().any(is_trees)
             });
             assert!(stays || !presses, "world {index}, frame {frame}");
+            assert!(frame >= unwatched_until || !presses, "world {index}, frame {frame}");
             (stayed, pressed) = (stayed + u32::from(stays), pressed + u32::from(presses));
         }
     }
-    assert!(pressed > 10 && stayed < 1150, "{pressed} {stayed}");
+    assert!(pressed > 10 && stayed < 1150 && unwatched > 50, "{pressed} {stayed} {unwatched}");
 }
 
 /// Takes the first fruit off their stems, all in one frame, and puts them somewhere at rest.

@@ -1,4 +1,4 @@
-// Tells the host what happened to the worlds of lanes in a frame, and gives the motion of a tree only where something did. There a world is held until it is given frames anew.
+// Tells the host what happened to the worlds of lanes in a frame, and gives the motion of a tree only from the first frame on in which something did. After its last frame a world is held until it is given frames anew.
 
 @group(0) @binding(0) var<storage, read> tables: array<vec4u>;
 @group(0) @binding(1) var<storage, read> meetings: array<vec4f>;
@@ -57,6 +57,7 @@ fn give(@builtin(global_invocation_id) id: vec3u) {
         set_world_bits(own_world, WORLD_STOPPED, 0u);
     }
     set_world_bits(own_world, WORLD_TAKEN, 0u);
+    set_world_bits(own_world, WORLD_STIRRED, 0u);
 }
 
 // Number of the frame that a lane has just taken, or 0 if it was given none and is asked nevertheless.
@@ -99,8 +100,11 @@ fn tell(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) th
         let own_world = world_of(lane);
         let notice = world_bits(own_world, WORLD_NOTICE) & ~NOTICE_STALE;
         let is_stopped = world_bits(own_world, WORLD_STOPPED) != 0u;
+        if notice != 0u || is_stopped || atomicLoad(&loaded) != 0u {
+            set_world_bits(own_world, WORLD_STIRRED, 1u);
+        }
         var slot = NOWHERE;
-        if (wish == WISH_WHOLE && is_last) || notice != 0u || is_stopped || atomicLoad(&loaded) != 0u {
+        if wish == WISH_EACH || (wish == WISH_LAST && is_last) || world_bits(own_world, WORLD_STIRRED) != 0u {
             slot = atomicAdd(&given, 1u);
         }
         own_slot = slot;
@@ -110,7 +114,7 @@ fn tell(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) th
         let tension = worlds[own_world + WORLD_TENSION * LANES];
         told[at + 1u] = vec4f(numbers[1].y, excess, tension, 0.0);
         set_world_bits(own_world, WORLD_TAKEN, frame + 1u);
-        if is_last || slot != NOWHERE {
+        if is_last || is_stopped {
             set_world_bits(own_world, WORLD_STOPPED, WORLD_HELD);
         }
     }
@@ -121,7 +125,7 @@ fn tell(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) th
     let most_fruit = asked[ASKED_FRUIT];
     let link_places = ASKED_FIELDS + lanes + lane * most_links;
     let fruit_places = ASKED_FIELDS + lanes * (1u + most_links) + lane * 3u * most_fruit;
-    let numbers_end = TOLD_FIELDS / QUAD * WISH_MOST_FRAMES * lanes;
+    let numbers_end = TOLD_FIELDS / QUAD * asked[ASKED_FRAMES] * lanes;
     let before = numbers_end + lane * most_fruit;
     let each = most_links + 4u * most_fruit + RECORD_QUADS;
     let own = numbers_end + most_fruit * lanes + slot * each;

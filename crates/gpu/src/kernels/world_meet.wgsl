@@ -46,11 +46,34 @@ const TOUCH_NUMBERS: u32 = 9u;
 var<private> thread: u32;
 var<private> contacts: u32;
 
+// Notes whether surfaces are near each other, so that the next kernel, of which few workgroups fit into a multiprocessor, leaves the other worlds at once.
+@compute @workgroup_size(LANES)
+fn seek(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) own_thread: u32) {
+    thread = own_thread;
+    enter_world(group.x);
+    if !agree(bitcast<u32>(worlds[world_at(WORLD_STOPPED)]) == 0u) {
+        return;
+    }
+    place_robot();
+    var near = 0u;
+    for (var collider = thread; collider < place.segments + place.fruits; collider += LANES) {
+        near |= near_solids(collider);
+    }
+    let is_near = before_and_all(select(0u, 1u, near != 0u)).y != 0u;
+    if thread == 0u {
+        meetings[system_at(SYSTEM_CONTACTS)] = vec4f(0.0, bitcast<f32>(select(0u, 1u, is_near)), 0.0, 0.0);
+        if !is_near {
+            note_losses(0u, 0u);
+        }
+    }
+}
+
 @compute @workgroup_size(LANES)
 fn meet(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) own_thread: u32) {
     thread = own_thread;
     enter_world(group.x);
-    if !agree(bitcast<u32>(worlds[world_at(WORLD_STOPPED)]) == 0u) {
+    let runs = bitcast<u32>(worlds[world_at(WORLD_STOPPED)]) == 0u;
+    if !agree(runs && bitcast<u32>(system(SYSTEM_NEAR)) != 0u) {
         return;
     }
     place_robot();
@@ -167,24 +190,31 @@ fn round_of(collider: u32) -> Round {
     return Round(p.xyz, vec3f(0.0), select(-1.0, fruit(row, FRUIT_MASS).y, bitcast<u32>(p.w) == 0u));
 }
 
-// Finds the pairs whose surfaces may be nearer than the margin, in the order of their colliders; returns their number, for all of which there may be no room.
-fn find_pairs() -> u32 {
+// Colliders of the robot, a bit each, whose surfaces may be nearer to one of the tree than the margin.
+fn near_solids(collider: u32) -> u32 {
     let margin = bitcast<f32>(head(HEAD_MARGIN));
     let solids = head(HEAD_COLLIDERS);
+    let own = round_of(collider);
+    let square = dot(own.along, own.along);
+    var near = 0u;
+    for (var solid = 0u; solid < solids && own.radius >= 0.0; solid++) {
+        let ball = balls[solid];
+        let apart = ball.xyz - own.p;
+        let away = apart - own.along * clamped(dot(apart, own.along), square);
+        let reach = ball.w + own.radius + margin;
+        near |= select(0u, 1u << solid, dot(away, away) < reach * reach);
+    }
+    return near;
+}
+
+// Finds the pairs whose surfaces may be nearer than the margin, in the order of their colliders; returns their number, for all of which there may be no room.
+fn find_pairs() -> u32 {
     let colliders = place.segments + place.fruits;
     var found = 0u;
     for (var first = 0u; first < colliders; first += LANES) {
         var near = 0u;
         if first + thread < colliders {
-            let own = round_of(first + thread);
-            let square = dot(own.along, own.along);
-            for (var solid = 0u; solid < solids && own.radius >= 0.0; solid++) {
-                let ball = balls[solid];
-                let apart = ball.xyz - own.p;
-                let away = apart - own.along * clamped(dot(apart, own.along), square);
-                let reach = ball.w + own.radius + margin;
-                near |= select(0u, 1u << solid, dot(away, away) < reach * reach);
-            }
+            near = near_solids(first + thread);
         }
         let places = before_and_all(countOneBits(near));
         var at = found + places.x;

@@ -277,8 +277,10 @@ fields! {
         TOLD_PEAK = 16,
         /// In lanes: frames taken of those that it was given last.
         TAKEN = 17,
+        /// In lanes: not 0 once something has happened in them.
+        STIRRED = 18,
         /// Number of fields.
-        FIELDS = 18,
+        FIELDS = 19,
         /// A value of [`Self::STOPPED`].
         HELD = 0xffff_ffff,
     }

@@ -46,6 +46,8 @@ fields! {
         CHANGE = 720,
         /// Number of contacts, as bits.
         CONTACTS = 736,
+        /// Not 0 if the robot is near wood or fruit, as bits.
+        NEAR = 737,
         /// Number of fields.
         FIELDS = 740,
     }
@@ -189,6 +191,8 @@ fields! {
         /// Room for links, and for fruit, of a lane.
         LINKS = 1,
         FRUIT = 2,
+        /// Largest number of frames.
+        FRAMES = 3,
         /// Number of fields.
         FIELDS = 4,
     }
@@ -198,14 +202,14 @@ fields! {
         NOTHING = 0,
         /// A few numbers are asked, and the motion of the tree only if something happened to it.
         NEWS = 1,
-        /// All.
-        WHOLE = 2,
+        /// As [`Self::NEWS`], and all after the last frame.
+        LAST = 2,
+        /// All after every frame.
+        EACH = 3,
         /// First bit of the number of frames.
         FRAMES_BIT = 8,
-        /// Most frames that a lane is given at once, our own choice: the steps of a policy at 7.5 Hz and faster.
-        MOST_FRAMES = 8,
     }
-    /// Told about a lane after each of its frames, all lanes frame after frame. Behind those of [`wish::MOST_FRAMES`] frames are the velocities of their fruit a frame ago, then slots: motion of links and of fruit, the beginning of the record of contacts, velocities of the fruit a frame ago.
+    /// Told about a lane after each of its frames, all lanes frame after frame. Behind those of [`asked::FRAMES`] frames are the velocities of their fruit a frame ago, then slots: motion of links and of fruit, the beginning of the record of contacts, velocities of the fruit a frame ago.
     told {
         /// Slot with the motion of its tree, as bits; all set if there is none.
         SLOT = 0,

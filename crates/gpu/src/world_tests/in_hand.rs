@@ -3,7 +3,7 @@
 use orchard_geometry::{inverse_transform, transform};
 
 use super::*;
-use crate::{Course, Fitted, MOST_FRAMES, Meeting, Room, Tenant};
+use crate::{Course, Fitted, Meeting, Room, Tenant, Wish};
 
 const FRUIT: usize = 0;
 /// Frames that the fingers have to close, and that the grip has to settle.
@@ -51,7 +51,7 @@ impl Grip {
         let tree =
             TreeWorld::within(world.shared_spec().clone(), model, wood, fruit, weather, world.data().clone());
         let room = Room::for_trees(std::slice::from_ref(&tree), 0.0).unwrap();
-        let batch = WorldBatch::with_lanes(gpu, room, &tree, &robot, 1).unwrap();
+        let batch = WorldBatch::with_lanes(gpu, room, &tree, &robot, 1, 1).unwrap();
         let fitted = batch.fitted(&tree, &world.x_world_start()).unwrap().unwrap();
         Self { world, command, tree, batch, fitted, is_planted: false }
     }
@@ -77,14 +77,9 @@ impl Grip {
     }
 
     fn advance(&mut self, frames: u32) {
-        let mut left = frames as usize;
-        while left > 0 {
-            let commands = vec![self.command; left.min(MOST_FRAMES)];
-            self.batch.advance_lanes(&[Course { commands: &commands, is_whole: false }]).unwrap();
+        for _ in 0..frames {
+            self.batch.advance_lanes(&[Course { commands: &[self.command], wish: Wish::News }]).unwrap();
             self.batch.fetch().unwrap();
-            // The fruit in the hand ends a course after each frame.
-            let taken = (0..commands.len()).find(|&frame| self.batch.news(0, frame).is_whole);
-            left -= taken.map_or(commands.len(), |frame| frame + 1);
         }
     }
 
@@ -94,7 +89,7 @@ impl Grip {
         self.batch.fetch().unwrap();
         let mut data = self.world.data().clone();
         self.batch.store_driven((0, 0), self.world.model(), self.world.handle(), &mut data);
-        let meeting = self.batch.store_whole(0, self.world.model(), &mut data).unwrap();
+        let meeting = self.batch.store_whole((0, 0), self.world.model(), &mut data).unwrap();
         forward_kinematics(self.world.model(), &mut data);
         (data, meeting)
     }

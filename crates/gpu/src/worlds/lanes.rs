@@ -9,7 +9,7 @@ use orchard_robot::{Command, RobotHandle, RobotModel, SetPoints};
 
 use super::meeting::Meeting;
 use super::quads::{Gathered, scatter};
-use super::told::{Course, MOST_FRAMES, MOTION, News, Told, Wish};
+use super::told::{Course, MOTION, News, Question, Told, Wish};
 use super::{SUBSTEP, WorldBatch, check, timed};
 use crate::BatchError;
 use crate::batch::encode_each;
@@ -71,7 +71,7 @@ const DRIVE: usize = 2 * robot::DOFS;
 const ROBOT: usize = robot::FIELDS / QUAD;
 
 impl WorldBatch {
-    /// Creates lanes, all empty, for worlds like a sample, whose trees have no more than a size. [`Self::plant`] puts worlds into them. Then the device computes motion and contacts; breaking of wood and detachment of fruit
+    /// Creates lanes, all empty, for worlds like a sample, whose trees have no more than a size, and that take at most so many frames at a time. [`Self::plant`] puts worlds into them. Then the device computes motion and contacts; breaking of wood and detachment of fruit
     /// are left to the caller, who gives the worlds their next frames ([`Self::advance_lanes`]) and reads the motion that came of them ([`Self::fetch`]).
     ///
     /// # Errors
@@ -82,14 +82,15 @@ impl WorldBatch {
         sample: &TreeWorld,
         robot: &RobotModel,
         lanes: usize,
+        frames: usize,
     ) -> Result<Self, GpuError> {
         let trees = vec![sample.clone(); lanes];
         let starts = vec![Pose::identity(); lanes];
-        let each = [room.links(), room.fruit()];
-        let mut batch = Self::in_room(gpu, &trees, robot, &starts, room, MOST_FRAMES)?;
+        let each = [room.links(), room.fruit(), frames];
+        let mut batch = Self::in_room(gpu, &trees, robot, &starts, room, frames)?;
         let (of_trees, meetings) = (&batch.trees.buffers, &batch.buffers.meetings);
         let sections = [(meetings, lanes * DRIVE), (&batch.robots.buffers.robots, lanes * ROBOT)];
-        let read = Gathered::new(gpu, &sections, MOST_FRAMES);
+        let read = Gathered::new(gpu, &sections, frames);
         let told = [&batch.buffers.tables, meetings, &of_trees.worlds, &of_trees.links, &of_trees.fruit];
         let trees = Told::new(gpu, lanes, each, told)?;
         let drives = (0..lanes).flat_map(|lane| {
@@ -186,11 +187,11 @@ impl WorldBatch {
     pub fn advance_lanes(&mut self, courses: &[Course<'_>]) -> Result<(), GpuError> {
         let commands: Vec<&[Command]> = courses.iter().map(|course| course.commands).collect();
         self.robots.command_frames(&commands)?;
-        let wish = |course: &Course<'_>| Wish {
-            frames: course.commands.len(),
-            is_whole: course.is_whole && !course.commands.is_empty(),
+        let question = |course: &Course<'_>| match course.commands.len() {
+            0 => Question::default(),
+            frames => Question { frames, wish: course.wish },
         };
-        self.submit(courses.iter().map(wish).collect(), true);
+        self.submit(courses.iter().map(question).collect(), true);
         Ok(())
     }
 
@@ -199,18 +200,22 @@ impl WorldBatch {
     /// # Panics
     /// There is not one flag a lane, or the batch has no lanes.
     pub fn ask(&mut self, lanes: &[bool]) {
-        let wish = |&is_whole: &bool| Wish { frames: 0, is_whole };
-        self.submit(lanes.iter().map(wish).collect(), false);
+        let wish = |is_asked: bool| if is_asked { Wish::Last } else { Wish::News };
+        self.submit(
+            lanes.iter().map(|&is_asked| Question { frames: 0, wish: wish(is_asked) }).collect(),
+            false,
+        );
     }
 
     /// Submits questions and their answers, with frames before them if `advances`.
-    fn submit(&mut self, wishes: Vec<Wish>, advances: bool) {
-        assert_eq!(wishes.len(), self.len(), "there is one course a lane");
+    fn submit(&mut self, questions: Vec<Question>, advances: bool) {
+        assert_eq!(questions.len(), self.len(), "there is one course a lane");
         self.trees.send_inputs();
         self.robots.send_inputs();
         let Some(mut read) = self.read.take() else { panic!("the batch has no lanes") };
-        let frames = read.trees.ask(&self.gpu, wishes);
-        assert!(frames <= MOST_FRAMES, "a course has {frames} frames, more than {MOST_FRAMES}");
+        let frames = read.trees.ask(&self.gpu, questions);
+        let most = self.buffers.bindings.len();
+        assert!(frames <= most, "a course has {frames} frames, more than {most}");
         if frames > 0 {
             let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
             let mut clock = self.clock.take();
@@ -308,9 +313,14 @@ impl WorldBatch {
         set_points(number, handle)
     }
 
-    /// Writes the motion of a lane's tree that [`Self::fetch`] read, of the wood and of the fruit that hang in `data` or are in the hand, into the state of its model. Returns its contacts, with counts and loads since the world came; `None` if the motion was not read.
-    pub fn store_whole(&self, lane: usize, model: &Model, data: &mut Data) -> Option<Meeting> {
-        let whole = self.read.as_ref()?.trees.whole(lane)?;
+    /// Writes the motion of a lane's tree after a frame of its course, of the wood and of the fruit that hang in `data` or are in the hand, into the state of its model. Returns its contacts, with counts and loads since the world came; `None` if the motion was not read.
+    pub fn store_whole(
+        &self,
+        (lane, frame): (usize, usize),
+        model: &Model,
+        data: &mut Data,
+    ) -> Option<Meeting> {
+        let whole = self.read.as_ref()?.trees.whole(lane, frame)?;
         let plant = &self.trees.plants[lane];
         for (&id, motion) in plant.tree.bodies.iter().zip(whole.links) {
             let (dof, q) = (model.dofs(id).start, model.qs(id).start);
@@ -334,8 +344,8 @@ impl WorldBatch {
     }
 
     /// Velocities of the fruit of a lane a frame before those of [`Self::store_whole`] [m/s, world]; none if the motion was not read.
-    pub fn fruit_before(&self, lane: usize) -> impl Iterator<Item = Vec3> {
-        let whole = self.read.as_ref().and_then(|read| read.trees.whole(lane));
+    pub fn fruit_before(&self, lane: usize, frame: usize) -> impl Iterator<Item = Vec3> {
+        let whole = self.read.as_ref().and_then(|read| read.trees.whole(lane, frame));
         let before = whole.map_or(&[][..], |whole| whole.before);
         before.iter().map(|quad| Vec3::from_fn(|k, _| f64::from(quad[k])))
     }

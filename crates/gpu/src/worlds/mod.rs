@@ -32,7 +32,7 @@ pub use lanes::{Fitted, Tenant};
 pub use meeting::{ContactPoint, Meeting};
 use pipelines::WorldPass;
 use table::WorldTable;
-pub use told::{Course, MOST_FRAMES, News};
+pub use told::{Course, News, Wish};
 
 /// Largest tilt of an odom frame: its z axis is as near to the vertical as rounding allows.
 const UPRIGHT: f64 = 1e-9;
@@ -172,6 +172,7 @@ impl WorldBatch {
         let (pipeline, groups) = match kind {
             WorldPass::Trees(kind) => return self.trees.dispatch(pass, rules, kind),
             WorldPass::RobotBegin => (&pipelines.robot_begin, blocks),
+            WorldPass::Seek => (&pipelines.seek, worlds),
             WorldPass::Meet => (&pipelines.meet, worlds),
             WorldPass::RobotEnd => (&pipelines.robot_end, blocks),
         };
@@ -284,9 +285,10 @@ impl WorldBatch {
 }
 
 /// Passes of a substep; the last of them ends a frame.
-const SUBSTEP: [WorldPass; 6] = [
+const SUBSTEP: [WorldPass; 7] = [
     WorldPass::Trees(Pass::Inward),
     WorldPass::RobotBegin,
+    WorldPass::Seek,
     WorldPass::Meet,
     WorldPass::RobotEnd,
     WorldPass::Trees(Pass::Outward),

@@ -12,6 +12,8 @@ pub(crate) enum WorldPass {
     Trees(Pass),
     /// First half of the robots' substep.
     RobotBegin,
+    /// Worlds that may have contacts.
+    Seek,
     /// Contacts.
     Meet,
     /// Second half of the robots' substep.
@@ -24,6 +26,7 @@ impl WorldPass {
         match self {
             Self::Trees(pass) => pass.entry(),
             Self::RobotBegin => "robot_begin",
+            Self::Seek => "seek",
             Self::Meet => "meet",
             Self::RobotEnd => "robot_end",
         }
@@ -34,6 +37,7 @@ impl WorldPass {
 #[derive(Debug)]
 pub(crate) struct WorldPipelines {
     pub robot_begin: ComputePipeline,
+    pub seek: ComputePipeline,
     pub meet: ComputePipeline,
     pub robot_end: ComputePipeline,
     /// Layout of their bindings, in the order of `kernels/robot.wgsl` and `kernels/world.wgsl`.
@@ -51,6 +55,7 @@ impl WorldPipelines {
         let kernels = Kernels::new(device, "worlds", shader::source_of_worlds(), &buffers);
         Self {
             robot_begin: kernels.pipeline("robot_begin", &[]),
+            seek: kernels.pipeline("seek", &[]),
             meet: kernels.pipeline("meet", &[]),
             robot_end: kernels.pipeline("robot_end", &[]),
             bindings: kernels.bindings,

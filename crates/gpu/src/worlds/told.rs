@@ -24,30 +24,58 @@ const GIVE_THREADS: usize = 64;
 const AS_MANY: usize = 2;
 const SOME: usize = 16;
 
-/// Frames that the world of a lane is to take: as many as there are commands, or fewer. It stands still after the first one in which something happens to the tree; all others stand still meanwhile.
+/// Frames that the world of a lane is to take, as many as there are commands. All others stand still meanwhile.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Course<'a> {
-    /// Command of each frame, at most [`MOST_FRAMES`].
+    /// Command of each frame, at most as many as the lanes have room for.
     pub commands: &'a [Command],
-    /// True if the motion of the tree is wanted after the last of them, whatever happens.
-    pub is_whole: bool,
+    /// What is wanted after them.
+    pub wish: Wish,
 }
 
-/// Most frames of a [`Course`].
-pub const MOST_FRAMES: usize = wish::MOST_FRAMES;
+/// Wish about the frames of a lane.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Wish {
+    /// A few numbers; the motion of the tree only after the first frame in which something happens to it, and after those that follow.
+    #[default]
+    News,
+    /// The motion of the tree after the last frame as well.
+    Last,
+    /// The motion of the tree after each.
+    Each,
+}
 
 /// What is asked of a lane.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) struct Wish {
+pub(super) struct Question {
     /// Frames that it takes; with none, its motion as it is.
     pub frames: usize,
-    pub is_whole: bool,
+    pub wish: Wish,
 }
 
-impl Wish {
+impl Question {
     /// Number of frames, or instants, that are told of the lane.
     fn told(self) -> usize {
-        if self.is_whole { self.frames.max(1) } else { self.frames }
+        if self.wish == Wish::News { self.frames } else { self.frames.max(1) }
+    }
+
+    /// Number of times that the motion of the tree is wanted.
+    fn wanted(self) -> usize {
+        match self.wish {
+            Wish::News => 0,
+            Wish::Last => 1,
+            Wish::Each => self.told(),
+        }
+    }
+
+    fn word(self) -> u32 {
+        let wish = match self.wish {
+            Wish::News if self.frames == 0 => wish::NOTHING,
+            Wish::News => wish::NEWS,
+            Wish::Last => wish::LAST,
+            Wish::Each => wish::EACH,
+        };
+        (wish | self.frames << wish::FRAMES_BIT) as u32
     }
 }
 
@@ -82,7 +110,7 @@ pub(super) struct Told {
     given: wgpu::Buffer,
     staging: wgpu::Buffer,
     bindings: wgpu::BindGroup,
-    wishes: Vec<Wish>,
+    questions: Vec<Question>,
     /// Number of slots that the reading under way reads.
     copied: usize,
     /// Slots that the last reading gave beyond the wanted ones.
@@ -93,18 +121,18 @@ pub(super) struct Told {
 }
 
 impl Told {
-    /// Makes the tables of some lanes, each with room for links and fruit. The buffers: tables, meetings, worlds, links, fruit.
+    /// Makes the tables of some lanes, each with room for links and fruit, and for some frames. The buffers: tables, meetings, worlds, links, fruit.
     ///
     /// # Errors
     /// They do not fit into the device.
     pub fn new(
         gpu: &Gpu,
         lanes: usize,
-        [links, fruit]: [usize; 2],
+        [links, fruit, frames]: [usize; 3],
         of: [&wgpu::Buffer; 5],
     ) -> Result<Self, GpuError> {
         let each = links + (1 + MOTION) * fruit + RECORD;
-        let quads = lanes * (MOST_FRAMES * OWN + fruit + each);
+        let quads = lanes * (frames * (OWN + each) + fruit);
         check_limits(gpu, lanes, QUAD_BYTES * quads, lanes)?;
         let storage = BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
         let places = lanes * (links + MOTION * fruit);
@@ -112,9 +140,11 @@ impl Told {
         let told = create_buffer(gpu, "told", QUAD_BYTES * quads, storage);
         let given = create_buffer(gpu, "given", 4, storage);
         let read = BufferUsages::MAP_READ | BufferUsages::COPY_DST;
-        let staging = create_buffer(gpu, "staging", QUAD_BYTES * lanes * (MOST_FRAMES * OWN + each), read);
+        let staging = create_buffer(gpu, "staging", QUAD_BYTES * lanes * frames * (OWN + each), read);
         let mut words = vec![wish::NOTHING as u32; asked::FIELDS + lanes];
-        for (field, value) in [(asked::LANES, lanes), (asked::LINKS, links), (asked::FRUIT, fruit)] {
+        for (field, value) in
+            [(asked::LANES, lanes), (asked::LINKS, links), (asked::FRUIT, fruit), (asked::FRAMES, frames)]
+        {
             words[field] = value as u32;
         }
         words.resize(words.len() + places, NOWHERE);
@@ -139,10 +169,10 @@ impl Told {
             given,
             staging,
             bindings,
-            wishes: vec![Wish::default(); lanes],
+            questions: vec![Question::default(); lanes],
             copied: 0,
             more: 0,
-            numbers: vec![[0.0; QUAD]; lanes * MOST_FRAMES * OWN],
+            numbers: vec![[0.0; QUAD]; lanes * frames * OWN],
             slots: Vec::new(),
         })
     }
@@ -166,25 +196,17 @@ impl Told {
     }
 
     /// Sends the questions, one a lane; returns the number of frames that are told, of the lane with most.
-    pub fn ask(&mut self, gpu: &Gpu, wishes: Vec<Wish>) -> usize {
-        let word = |wish: &Wish| {
-            let asked = match wish {
-                Wish { is_whole: true, .. } => wish::WHOLE,
-                Wish { frames: 0, .. } => wish::NOTHING,
-                Wish { .. } => wish::NEWS,
-            };
-            (asked | wish.frames << wish::FRAMES_BIT) as u32
-        };
-        let words: Vec<u32> = wishes.iter().map(word).collect();
+    pub fn ask(&mut self, gpu: &Gpu, questions: Vec<Question>) -> usize {
+        let words: Vec<u32> = questions.iter().map(|question| question.word()).collect();
         gpu.queue.write_buffer(&self.asked, 4 * asked::FIELDS as u64, bytemuck::cast_slice(&words));
         gpu.queue.write_buffer(&self.given, 0, &0_u32.to_ne_bytes());
-        self.wishes = wishes;
+        self.questions = questions;
         self.frames()
     }
 
     /// Number of frames that are told, of the lane with most.
     pub fn frames(&self) -> usize {
-        self.wishes.iter().map(|wish| wish.told()).max().unwrap_or(0)
+        self.questions.iter().map(|question| question.told()).max().unwrap_or(0)
     }
 
     /// Encodes the kernel that gives the lanes their frames.
@@ -215,16 +237,16 @@ impl Told {
 
     /// Encodes the copy of the answers.
     pub fn encode_copy(&mut self, encoder: &mut wgpu::CommandEncoder) {
-        let most = self.wishes.iter().filter(|wish| wish.told() > 0).count();
+        let most = self.questions.iter().map(|question| question.told()).sum();
         self.copied = (self.wanted() + AS_MANY * self.more + SOME).min(most);
         let numbers = (QUAD_BYTES * self.lanes * self.frames() * OWN) as u64;
         encoder.copy_buffer_to_buffer(&self.told, 0, &self.staging, 0, numbers);
         self.copy(encoder, 0, self.copied);
     }
 
-    /// Number of lanes of which the motion is wanted.
+    /// Number of times that the motion of a tree is wanted.
     fn wanted(&self) -> usize {
-        self.wishes.iter().filter(|wish| wish.is_whole).count()
+        self.questions.iter().map(|question| question.wanted()).sum()
     }
 
     /// The staging buffer up to the end of so many slots.
@@ -256,7 +278,12 @@ impl Told {
     pub fn fetch(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
         let copied = self.copied;
         self.take(0, copied)?;
-        let slots = (0..self.lanes).filter_map(|lane| self.slot(lane));
+        let told = self
+            .questions
+            .iter()
+            .enumerate()
+            .flat_map(|(lane, question)| (0..question.told()).map(move |frame| (lane, frame)));
+        let slots = told.filter_map(|(lane, frame)| self.slot(lane, frame));
         let given = slots.map(|slot| slot + 1).max().unwrap_or(0);
         if given > copied {
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
@@ -294,20 +321,15 @@ impl Told {
     }
 
     /// The slot of a lane after a frame.
-    fn slot_after(&self, lane: usize, frame: usize) -> Option<usize> {
+    fn slot(&self, lane: usize, frame: usize) -> Option<usize> {
         let slot = self.number(lane, frame, told::SLOT).to_bits();
         (slot != NOWHERE).then_some(slot as usize)
-    }
-
-    /// The slot of a lane, which was given after the last frame that it took.
-    fn slot(&self, lane: usize) -> Option<usize> {
-        (0..self.wishes[lane].told()).find_map(|frame| self.slot_after(lane, frame))
     }
 
     /// News of a lane after a frame that it took.
     pub fn news(&self, lane: usize, frame: usize) -> News {
         News {
-            is_whole: self.slot_after(lane, frame).is_some(),
+            is_whole: self.slot(lane, frame).is_some(),
             lost: self.number(lane, frame, told::LOST).to_bits(),
             unsolved: self.number(lane, frame, told::UNSOLVED).to_bits(),
             contact_impulse: self.number(lane, frame, told::IMPULSE),
@@ -317,10 +339,10 @@ impl Told {
         }
     }
 
-    /// Motion of the tree of a lane, if it was read.
-    pub fn whole(&self, lane: usize) -> Option<Whole<'_>> {
+    /// Motion of the tree of a lane after a frame that it took, if it was read.
+    pub fn whole(&self, lane: usize, frame: usize) -> Option<Whole<'_>> {
         let each = self.each();
-        let quads = self.slots.get(self.slot(lane)? * each..)?.get(..each)?;
+        let quads = self.slots.get(self.slot(lane, frame)? * each..)?.get(..each)?;
         let (links, rest) = quads.split_at(self.links);
         let (fruit, rest) = rest.split_at(MOTION * self.fruit);
         let (record, before) = rest.split_at(RECORD);

@@ -92,16 +92,17 @@ pub fn accept_overlaps(model: &mut Model, data: &Data) {
 pub struct Vicinity(ContactScratch);
 
 impl Vicinity {
-    /// True if two colliders that `groups` (one a collider, in the model's order) lets touch are less apart than the sum of their reaches \[m\].
+    /// True if two colliders that `groups` (one a collider, in the model's order) lets touch are less apart than `within` of the two, which is at most the sum of their reaches \[m\].
     pub fn any(
         &mut self,
         model: &Model,
         data: &Data,
         groups: &[Groups],
         reach: impl Fn(ColliderId) -> f64,
+        within: impl Fn(ColliderId, ColliderId) -> f64,
     ) -> bool {
         let Self(scratch) = self;
-        scratch.collide_groups(model, data, groups, reach);
+        scratch.collide_groups(model, data, groups, reach, within);
         !scratch.contacts.is_empty()
     }
 }
@@ -139,21 +140,22 @@ impl ContactScratch {
     /// Finds the contact points of this step.
     fn collide(&mut self, model: &Model, data: &Data, margin: f64) {
         // Half the margin on each side of a pair.
-        self.collide_groups(model, data, &data.groups, |_| 0.5 * margin);
+        self.collide_groups(model, data, &data.groups, |_| 0.5 * margin, |_, _| margin);
     }
 
-    /// As [`Self::collide`], with other groups than the state's and a share of the margin for each collider.
+    /// As [`Self::collide`], with other groups than the state's, a reach for each collider, and a margin for each pair, at most the sum of the reaches.
     fn collide_groups(
         &mut self,
         model: &Model,
         data: &Data,
         groups: &[Groups],
         reach: impl Fn(ColliderId) -> f64,
+        within: impl Fn(ColliderId, ColliderId) -> f64,
     ) {
         self.contacts.clear();
         self.broad.find_pairs(model, &data.kinematics, &data.point_p_world, groups, &reach);
         for &(a, b) in &self.broad.pairs {
-            let margin = reach(a) + reach(b);
+            let margin = within(a, b);
             let (collider_a, collider_b) = (model.collider(a), model.collider(b));
             self.touches.clear();
             narrow::touches(

@@ -28,8 +28,8 @@ use crate::rows::{Effort, Suite, run_suite};
                   env.gpu_depth_N    with a depth image of 128 x 128, drawn there, in every step\n  \
                   env.gpu_depth_stays_N  the same, with observations that stay on the device\n  \
                   env.cpu_depth_N    the same on the processor alone\n  \
-                  env.gpu_N.frame    parts of the mean frame of a crew, half of the environments: .host.PART on the\n  \
-                  processor (wait: for the device), .device.KERNEL on the device by its own clock\n\n\
+                  env.gpu_N.step     parts of the mean step of all environments: .host.PART on the processor (wait: for the\n  \
+                  device), .device.KERNEL on the device by its own clock, .rounds of submitted frames\n\n\
                   Rows of images, each on the device alone (.device) and with sending and reading:\n  \
                   images.depth_128 (.stays: sending alone, to images that stay there), images.labels_128, images.d435i_exact;\n  \
                   images.d435i with the camera's noise,\n  \

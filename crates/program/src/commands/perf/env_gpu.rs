@@ -134,20 +134,25 @@ fn rows_of(name: &str, case: &Case<'_>, target: Option<f64>) -> anyhow::Result<V
     if case.backend == Backend::Gpu && !case.depth {
         env.keep_profile(true);
         let seconds = run(&mut env)?;
-        rows.extend(frame_rows(name, &env, seconds));
+        rows.extend(step_rows(name, &env, seconds, steps));
     }
     Ok(rows)
 }
 
-/// Parts of the mean frame of a crew in a round of their own, in which every kernel is timed.
-fn frame_rows(name: &str, env: &TaskEnv, seconds: f64) -> Vec<Row> {
-    let Some(profile) = env.profile().filter(|profile| profile.frames > 0) else { return Vec::new() };
-    let frames = profile.frames as f64;
+/// Parts of the mean step of all environments, all crews together, in a run of their own, in which every kernel is timed.
+fn step_rows(name: &str, env: &TaskEnv, seconds: f64, steps: u32) -> Vec<Row> {
+    let Some(profile) = env.profile().filter(|profile| profile.rounds > 0) else { return Vec::new() };
     let row = |part: &str, seconds: f64, what: &str| {
-        let row = Row::measured(&format!("{name}.frame{part}"), 1e3 * seconds / frames, "ms");
-        Row { note: Some(format!("{what}, a frame of a crew; {frames} frames")), ..row }
+        let row = Row::measured(&format!("{name}.step{part}"), 1e3 * seconds / f64::from(steps), "ms");
+        Row { note: Some(format!("{what}, a step of all environments; {steps} steps")), ..row }
     };
-    let mut rows = vec![row("", seconds, "wall time of a round in which every kernel is timed")];
+    let mut rows = vec![row("", seconds, "wall time where every kernel is timed")];
+    let rounds = profile.rounds as f64 / f64::from(steps);
+    let rounds = Row::measured(&format!("{name}.step.rounds"), rounds, "1");
+    rows.push(Row {
+        note: Some("rounds of the crews, in which each submits frames once, a step".to_owned()),
+        ..rounds
+    });
     for (part, seconds) in &profile.host {
         rows.push(row(&format!(".host.{part}"), *seconds, "wall time of the processor"));
     }
@@ -171,7 +176,7 @@ fn contact_rows(name: &str, solves: &[[u32; 2]]) -> [Row; 4] {
         ("iterations", most(1), "Newton iterations of the world that needs most of them"),
     ]
     .map(|(part, number, what)| {
-        let row = Row::measured(&format!("{name}.frame.contacts.{part}"), number, "1");
+        let row = Row::measured(&format!("{name}.step.contacts.{part}"), number, "1");
         Row { note: Some(format!("{what}, in the last substep")), ..row }
     })
 }
