@@ -194,11 +194,11 @@ impl TaskEnv {
         let mut crews: Vec<Crew<'_>> = (0..mover.crews()).map(|_| Crew::default()).collect();
         let each = slots.par_iter_mut().zip(actions.par_chunks_exact(size)).zip(mask).enumerate();
         let chosen = each.filter(|(_, (_, chosen))| **chosen);
-        let begun = chosen.filter_map(|(lane, ((slot, action), _))| {
+        let begun = chosen.filter_map(|(index, ((slot, action), _))| {
             let (motion, stepping) = (slot.motion(action, shared)?, slot.begin_step(shared)?);
-            let (crew, seat) = mover.place(lane);
+            let (crew, lane) = mover.place(index);
             let (commands, judged, is_whole) = (Vec::new(), 0, false);
-            Some((crew, Member { lane, seat, slot, motion, stepping, shared, commands, judged, is_whole }))
+            Some((crew, Member { index, lane, slot, motion, stepping, shared, commands, judged, is_whole }))
         });
         for (crew, member) in begun.collect::<Vec<_>>() {
             crews[crew].members.push(member);
@@ -217,7 +217,7 @@ impl TaskEnv {
         if shared.ends_with_tree() {
             // Those whose episode ended in the midst of the step.
             let members = crews.iter_mut().flat_map(|crew| &mut crew.members);
-            mover.catch_up(members.filter_map(|of| Some((of.lane, of.slot.world_mut()?))).collect())?;
+            mover.catch_up(members.filter_map(|of| Some((of.index, of.slot.world_mut()?))).collect())?;
         }
         crews.par_iter_mut().flat_map(|crew| &mut crew.members).for_each(|member| {
             member.slot.end_step(&member.stepping, shared);

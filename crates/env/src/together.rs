@@ -13,9 +13,9 @@ use crate::slot::{Shared, Slot, Stepping};
 
 /// An environment in the midst of a step.
 pub(crate) struct Member<'a> {
-    pub lane: usize,
+    pub index: usize,
     /// Lane within the crew.
-    pub seat: usize,
+    pub lane: usize,
     pub slot: &'a mut Slot,
     pub motion: Motion,
     pub stepping: Stepping,
@@ -40,7 +40,7 @@ impl Member<'_> {
 
 impl Span for &mut Member<'_> {
     fn lane(&self) -> usize {
-        self.seat
+        self.lane
     }
 
     fn frames(&mut self) -> (&mut World, &[Command]) {
@@ -93,7 +93,7 @@ impl<'a> Crew<'a> {
         self.is_under_way = false;
         let due = self.members.iter_mut().filter(|member| member.stepping.is_image_due());
         let mut worlds: Vec<_> =
-            due.filter_map(|member| Some((member.lane, member.slot.world_mut()?))).collect();
+            due.filter_map(|member| Some((member.index, member.slot.world_mut()?))).collect();
         if worlds.is_empty() { Ok(()) } else { mover.observe(&mut worlds).map(|_| ()) }
     }
 
