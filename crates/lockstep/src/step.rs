@@ -15,8 +15,6 @@ use crate::tally::Where;
 #[must_use = "frames that were begun are to be ended"]
 pub struct Begun {
     starts: Vec<Start>,
-    /// Places of the frames that were computed here.
-    here: Vec<Where>,
 }
 
 /// Start of a world's next frames.
@@ -28,6 +26,8 @@ struct Start {
     wish: Wish,
     /// True if wood and fruit must catch up before: the world comes to the device, or leaves it.
     is_late: bool,
+    /// Places of the frames that were computed here.
+    here: Vec<Where>,
 }
 
 impl Lockstep {
@@ -54,7 +54,7 @@ impl Lockstep {
     pub fn begin<S: Span>(&mut self, spans: &mut [S]) -> Result<Begun, GpuError> {
         let mut watch = Stopwatch::start(self.profile.as_ref());
         let (lanes, most) = (&self.lanes, self.frames);
-        let starts: Vec<Start> = spans.par_iter_mut().map(|span| start_of(lanes, most, span)).collect();
+        let mut starts: Vec<Start> = spans.par_iter_mut().map(|span| start_of(lanes, most, span)).collect();
         let late = spans.iter_mut().zip(&starts).filter(|(_, start)| start.is_late);
         let mut late: Vec<_> = late.map(|(span, _)| (span.lane(), span.frames().0)).collect();
         self.catch_up(&mut late)?;
@@ -65,16 +65,13 @@ impl Lockstep {
         for (span, start) in spans.iter().zip(&starts) {
             courses[span.lane()] = Course { commands: &start.commands, wish: start.wish };
         }
-        // Submitting keeps one thread busy.
-        let batch = &mut self.batch;
-        let here = || {
-            let here = spans.par_iter_mut().zip(&starts).filter(|(_, start)| start.commands.is_empty());
-            here.map(|(span, start)| step_here(span, start.place, most)).collect::<Vec<_>>()
-        };
-        let (submitted, here) = rayon::join(|| batch.advance_lanes(&courses), here);
-        submitted?;
+        self.batch.advance_lanes(&courses)?;
         watch.part(&mut self.profile, "submit");
-        Ok(Begun { starts, here: here.concat() })
+        // While the device is at work.
+        let here = spans.par_iter_mut().zip(&mut starts).filter(|(_, start)| start.commands.is_empty());
+        here.for_each(|(span, start)| start.here = step_here(span, start.place, most));
+        watch.part(&mut self.profile, "step_here");
+        Ok(Begun { starts })
     }
 
     /// Ends the frames that were begun with these spans.
@@ -82,7 +79,7 @@ impl Lockstep {
     /// # Errors
     /// The device was lost; then the frames are not over, and the worlds cannot go on.
     pub fn end<S: Span>(&mut self, spans: &mut [S], begun: Begun) -> Result<(), GpuError> {
-        let Begun { starts, here } = begun;
+        let Begun { starts } = begun;
         let mut watch = Stopwatch::start(self.profile.as_ref());
         if self.profile.is_some() {
             self.batch.await_answers()?;
@@ -102,7 +99,7 @@ impl Lockstep {
         });
         watch.part(&mut self.profile, "step_here");
         let there = ends.iter().map(|end| (Where::Device, end.frames));
-        let here = here.iter().chain(ends.iter().flat_map(|end| &end.here));
+        let here = starts.iter().flat_map(|start| &start.here).chain(ends.iter().flat_map(|end| &end.here));
         self.tally.count(there.chain(here.map(|place| (*place, 1))));
         for (span, end) in spans.iter().zip(&ends) {
             let (lane, Some(last)) = (span.lane(), end.last) else { continue };
@@ -245,7 +242,7 @@ fn start_of<S: Span>(lanes: &[Option<Occupant>], most: usize, span: &mut S) -> S
     let lent = if place == Where::Device { commands.len() } else { 0 };
     let is_late = !is_there && world.is_behind();
     let commands = world.coming(commands).take(lent).copied().collect();
-    Start { place, commands, wish, is_late }
+    Start { place, commands, wish, is_late, here: Vec::new() }
 }
 
 /// Computes up to so many frames of a world here, the first one for a reason that is known; returns the reasons.
