@@ -117,8 +117,7 @@ impl World {
         let is_calm = is_far
             && spec.fault.is_none()
             && state.is_calm()
-            && frames
-                .all(|(frame, command)| !self.shutter.keeps(frame) && !(has_cup && opens_valve(command)));
+            && !frames.any(|(frame, command)| self.shutter.keeps(frame) || (has_cup && opens_valve(command)));
         Outlook { stays, is_watched: !is_calm }
     }
 
