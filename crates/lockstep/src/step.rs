@@ -226,8 +226,8 @@ fn occupant(lanes: &[Option<Occupant>], lane: usize) -> &Occupant {
 fn start_of<S: Span>(lanes: &[Option<Occupant>], most: usize, span: &mut S) -> Start {
     let (occupant, is_whole) = (occupant(lanes, span.lane()), span.is_whole());
     let (world, given) = span.frames();
-    let commands = &given[..given.len().min(most)];
-    let Outlook { stays, is_watched } = world.outlook(commands);
+    let Outlook { stays, frames, is_watched } = world.outlook(&given[..given.len().min(most)]);
+    let commands = &given[..frames];
     let place = match (&occupant.fitted, stays) {
         (None, _) => Where::TooLarge,
         (Some(_), Some(stay)) => Where::Here(stay),

@@ -239,7 +239,7 @@ fn frames_given_together_change_no_bit() {
         command
     };
     let [one_by_one, together] = &mut all;
-    let (mut came_off, mut touched) = ([false; 3], 0);
+    let (mut came_off, mut touched, mut rounds) = ([false; 3], 0, 0);
     for first in (0..60).step_by(FRAMES) {
         let frames = first as u32..(first + FRAMES) as u32;
         for frame in frames.clone() {
@@ -257,8 +257,11 @@ fn frames_given_together_change_no_bit() {
                 Course { lane, world, commands, taken: 0 }
             })
             .collect();
-        many.step(&mut courses).unwrap();
-        assert!(courses.iter().all(|course| course.taken == FRAMES));
+        while !courses.is_empty() {
+            many.step(&mut courses).unwrap();
+            rounds += 1;
+            courses.retain(|course| !course.commands[course.taken..].is_empty());
+        }
         for (lane, (world, other)) in one_by_one.iter_mut().zip(&mut *together).enumerate() {
             assert_eq!(world.frame(), other.frame());
             let (events, others) = (world.drain_events(), other.drain_events());
@@ -283,6 +286,7 @@ fn frames_given_together_change_no_bit() {
     for (together, worlds) in [(&mut single, &mut *one_by_one), (&mut many, &mut *together)] {
         together.catch_up(&mut worlds.iter_mut().enumerate().collect::<Vec<_>>()).unwrap();
     }
+    assert!(rounds < 40, "{rounds} rounds for 60 frames");
     assert!(touched > 3 && came_off.contains(&true), "{touched} {came_off:?}");
     for ((world, other), _) in
         one_by_one.iter().zip(&*together).zip(came_off).filter(|(_, came_off)| !came_off)

@@ -92,6 +92,8 @@ pub struct Calm {
 pub struct Outlook {
     /// Reason for which the next frame is computed here; `None` if it may be lent.
     pub stays: Option<Stay>,
+    /// Number of frames for which the world may be lent at once; at least 1.
+    pub frames: usize,
     /// True if wood and fruit are needed after every one of the frames, so that it can be told where the next one is computed; else only after those in which something happens to them, and those that follow.
     pub is_watched: bool,
 }
@@ -108,17 +110,20 @@ impl World {
     /// There is no command.
     pub fn outlook(&mut self, commands: &[Command]) -> Outlook {
         let stays = self.stays(&commands[0]);
-        // And in the frame after them, for which the motion would be needed at their end.
-        let is_far = !self.may_meet(commands.len() + 1);
+        // All of them, or the half, and so on; each time with the frame after them, for which the motion would be needed at their end.
+        let mut shorter = std::iter::successors(Some(commands.len()), |frames| Some(frames / 2));
+        let far = shorter.find(|&frames| frames == 0 || !self.may_meet(frames + 1)).unwrap_or(0);
+        let is_far = far > 0;
+        let frames = if is_far { far } else { commands.len() };
         let stays = stays.or((!is_far && self.may_meet(1)).then_some(Stay::Near));
         let (spec, parts, state) = (&*self.spec, &*self.parts, &self.state);
-        let mut frames = (1..).map(|k| state.frame + k).zip(self.coming(commands));
+        let mut coming = (1..).map(|k| state.frame + k).zip(self.coming(&commands[..frames]));
         let has_cup = parts.handle.cup.is_some();
         let is_calm = is_far
             && spec.fault.is_none()
             && state.is_calm()
-            && !frames.any(|(frame, command)| self.shutter.keeps(frame) || (has_cup && opens_valve(command)));
-        Outlook { stays, is_watched: !is_calm }
+            && !coming.any(|(frame, command)| self.shutter.keeps(frame) || (has_cup && opens_valve(command)));
+        Outlook { stays, frames, is_watched: !is_calm }
     }
 
     fn stays(&mut self, command: &Command) -> Option<Stay> {

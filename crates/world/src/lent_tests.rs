@@ -26,8 +26,9 @@ fn a_robot_that_may_touch_itself_or_the_ground_stays_here() {
                 }
             }
             let stays = world.outlook(&[command]).stays.is_some();
-            if !world.outlook(&[command; 3]).is_watched {
-                unwatched_until = frame + 3;
+            let ahead = world.outlook(&[command; 6]);
+            if !ahead.is_watched {
+                unwatched_until = frame + ahead.frames;
             }
             unwatched += u32::from(frame < unwatched_until);
             world.step(&command);
