@@ -8,7 +8,7 @@ use crate::workspace;
 /// Crates with their versions and features, as `cargo tree` resolves them for some packages and kinds of dependencies.
 fn builds(selection: &[&str], edges: &str) -> BTreeSet<String> {
     let output = Command::new(env!("CARGO"))
-        .args(["tree", "--quiet", "--offline", "--prefix", "none", "--format", "{p} {f}", "--edges", edges])
+        .args(["tree", "--quiet", "--prefix", "none", "--format", "{p} {f}", "--edges", edges])
         .args(selection)
         .current_dir(workspace::root())
         .output()
