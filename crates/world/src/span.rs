@@ -8,11 +8,11 @@ use crate::World;
 pub trait Span: Send {
     /// Place of the world among those that advance together.
     fn lane(&self) -> usize;
-    /// The world, and the commands of its next frames, at least one. Nothing that happens in a frame changes the later ones; if nothing touches wood or fruit, the episode goes on at least until the last.
+    /// The world, and the commands of its next frames, at least one. The commands are fixed: they do not depend on what happens in these frames. Unless something touches wood or fruit, the episode does not end before the last frame.
     fn frames(&mut self) -> (&mut World, &[Command]);
     /// True if wood and fruit are needed after the last frame; else they may be behind then ([`World::is_behind`]).
     fn is_whole(&self) -> bool;
-    /// Takes note of the end of a frame, whose command is gone from [`Self::frames`] then if another one follows. Returns true if the world is to take the frames that are left.
+    /// Is called at the end of each frame. From then on [`Self::frames`] gives the commands of the frames that are left. Returns false if the episode has ended, so that the world takes no more frames.
     fn after_frame(&mut self) -> bool {
         true
     }

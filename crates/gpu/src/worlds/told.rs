@@ -29,11 +29,11 @@ const SOME: usize = 16;
 pub struct Course<'a> {
     /// Command of each frame, at most as many as the lanes have room for.
     pub commands: &'a [Command],
-    /// What is wanted after them.
+    /// After which of the frames the motion of the tree is read.
     pub wish: Wish,
 }
 
-/// Wish about the frames of a lane.
+/// Frames of a lane after which the motion of its tree is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Wish {
     /// A few numbers; the motion of the tree only after the first frame in which something happens to it, and after those that follow.
@@ -45,7 +45,7 @@ pub enum Wish {
     Each,
 }
 
-/// What is asked of a lane.
+/// Question about a lane: its number of frames, and the wish about them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Question {
     /// Frames that it takes; with none, its motion as it is.
