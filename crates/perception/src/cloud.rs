@@ -137,11 +137,7 @@ impl Cloud {
 
     /// Returns the rectangle with a centre (u, v) and half-sizes \[px\], clipped to the image.
     pub(crate) fn rectangle(&self, center: (f64, f64), half: (f64, f64)) -> Rectangle {
-        // A float-to-integer cast saturates, so that far or non-finite centres give an empty rectangle.
-        let span = |c: f64, h: f64, n: usize| {
-            let end = ((c + h).floor() + 1.0).max(0.0).min(n as f64) as usize;
-            (((c - h).ceil().max(0.0) as usize).min(end), end)
-        };
+        let span = |c: f64, h: f64, n: usize| span(c - h, c + h, n);
         Rectangle { u: span(center.0, half.0, self.width), v: span(center.1, half.1, self.height) }
     }
 
@@ -162,7 +158,7 @@ impl Cloud {
     /// rays meet the ball.
     pub(crate) fn usable_in_ball(&self, c: &Vec3, radius: f64, mut f: impl FnMut(usize, Vec3)) -> usize {
         let mut pixels = 0;
-        self.rows_of_ball(c, radius, |v, (u0, u1)| {
+        self.rows_of_ball(c, radius, 1, |v, (u0, u1)| {
             let (row, y) = (v * self.width, self.slope_y[v]);
             pixels += u1 - u0;
             let zs = &self.usable_z[row + u0..row + u1];
@@ -185,17 +181,17 @@ impl Cloud {
         mut f: impl FnMut(Vec3),
     ) -> usize {
         let mut pixels = 0;
-        self.rows_of_ball(c, radius, |v, (u0, u1)| {
-            if v % step != 0 {
-                return;
-            }
-            let y = self.slope_y[v];
-            for u in (u0.next_multiple_of(step)..u1).step_by(step) {
+        self.rows_of_ball(c, radius, step, |v, (u0, u1)| {
+            let (row, y) = (v * self.width, self.slope_y[v]);
+            let (zs, xs) = (&self.usable_z[row..row + u1], &self.slope_x[..u1]);
+            let mut u = u0.next_multiple_of(step);
+            while u < u1 {
                 pixels += 1;
-                let z = self.usable_z[v * self.width + u];
+                let z = zs[u];
                 if z > 0.0 {
-                    f(Vec3::new(self.slope_x[u] * z, y * z, z));
+                    f(Vec3::new(xs[u] * z, y * z, z));
                 }
+                u += step;
             }
         });
         pixels
@@ -203,7 +199,7 @@ impl Cloud {
 
     /// Calls `f` with the pixels whose rays meet a ball, row by row, and the depth \[m\] of the first crossing.
     pub(crate) fn disc_of_ball(&self, c: &Vec3, radius: f64, mut f: impl FnMut(usize, f64)) {
-        self.rows_of_ball(c, radius, |v, (u0, u1)| {
+        self.rows_of_ball(c, radius, 1, |v, (u0, u1)| {
             for i in v * self.width + u0..v * self.width + u1 {
                 if let Some(z) = self.z_of_ball(i, c, radius) {
                     f(i, z);
@@ -214,7 +210,7 @@ impl Cloud {
 
     /// Calls `f` with the pixels whose rays meet a ball, row by row, and the rays, scaled to z = 1.
     pub(crate) fn rays_of_ball(&self, c: &Vec3, radius: f64, mut f: impl FnMut(usize, Vec3)) {
-        self.rows_of_ball(c, radius, |v, (u0, u1)| {
+        self.rows_of_ball(c, radius, 1, |v, (u0, u1)| {
             for u in u0..u1 {
                 f(v * self.width + u, self.ray(u, v));
             }
@@ -230,28 +226,24 @@ impl Cloud {
         (discriminant >= 0.0).then(|| (along - discriminant.sqrt()) / square)
     }
 
-    /// Calls `f` with each row that a ball covers and the columns that it covers there, the end excluded. A ball that reaches behind the
-    /// camera covers none.
+    /// Calls `f` with every `step`-th row of those that a ball covers and the columns that it covers there, the end excluded. A ball that
+    /// reaches behind the camera covers none.
     ///
     /// The ray (x, y, 1) meets the ball of centre c and radius R where ((x, y, 1).c)^2 >= |(x, y, 1)|^2 (|c|^2 - R^2): between two x in
     /// each row. The rows are those between two y: the same condition in the plane x = 0 for the ball's projection along x.
-    fn rows_of_ball(&self, c: &Vec3, radius: f64, mut f: impl FnMut(usize, (usize, usize))) {
+    fn rows_of_ball(&self, c: &Vec3, radius: f64, step: usize, mut f: impl FnMut(usize, (usize, usize))) {
         let k = &self.intrinsics;
         let beyond = c.z * c.z - radius * radius;
         if c.z <= radius || beyond.is_nan() {
             return;
         }
-        let pixels = |a: f64, b: f64, f: f64, c: f64, n: usize| {
-            // A float-to-integer cast saturates, so that far or non-finite ends give an empty span.
-            let end = ((b * f + c).floor() + 1.0).max(0.0).min(n as f64) as usize;
-            (((a * f + c).ceil().max(0.0) as usize).min(end), end)
-        };
+        let pixels = |a: f64, b: f64, f: f64, c: f64, n: usize| span(a * f + c, b * f + c, n);
         let reach = radius * (c.y * c.y + beyond).sqrt();
         let (y0, y1) = ((c.y * c.z - reach) / beyond, (c.y * c.z + reach) / beyond);
         let rows = pixels(y0, y1, k.fy, k.cy, self.height);
         let power = c.norm_squared() - radius * radius;
         let a = power - c.x * c.x;
-        for v in rows.0..rows.1 {
+        for v in (rows.0.next_multiple_of(step)..rows.1).step_by(step) {
             let y = self.slope_y[v];
             let along = y * c.y + c.z;
             let half = (power * (along * along - a * (y * y + 1.0)).max(0.0)).sqrt();
@@ -259,6 +251,15 @@ impl Cloud {
             f(v, pixels((middle - half) / a, (middle + half) / a, k.fx, k.cx, self.width));
         }
     }
+}
+
+/// Returns the whole numbers from `least` to `most` that are below `n`, the end excluded; none if a limit is not a number.
+fn span(least: f64, most: f64, n: usize) -> (usize, usize) {
+    // A float-to-integer cast saturates. `floor` and `ceil` would be calls into a library.
+    let end = if most >= 0.0 { (most as usize).saturating_add(1).min(n) } else { 0 };
+    let below = least.max(0.0) as usize;
+    let first = if below as f64 >= least { below } else { below.saturating_add(1) };
+    (first.min(end), end)
 }
 
 /// Intrinsics of every `step`-th column and row of an image, from the first on.

@@ -3,6 +3,7 @@
 use crate::sphere::root_mean_square;
 use nalgebra::{Matrix3x6, Matrix6, Vector6};
 use orchard_geometry::{Vec3, math};
+use std::sync::OnceLock;
 
 /// Number of directions of the coarse search, spread over half the sphere (about 20 degrees apart).
 const DIRECTIONS: usize = 48;
@@ -25,8 +26,8 @@ pub(crate) fn best_rms(points: &[Vec3]) -> f64 {
             *best = (circle.rms, axis, Some(circle));
         }
     };
-    for i in 0..DIRECTIONS {
-        consider(&mut best, half_sphere_direction(i, DIRECTIONS));
+    for axis in coarse_directions() {
+        consider(&mut best, *axis);
     }
     let mut step = FIRST_STEP;
     for _ in 0..HALVINGS {
@@ -42,6 +43,12 @@ pub(crate) fn best_rms(points: &[Vec3]) -> f64 {
         let q = p - mean - circle.center;
         (q - axis * q.dot(&axis)).norm() - circle.radius
     }))
+}
+
+/// Directions of the coarse search.
+fn coarse_directions() -> &'static [Vec3; DIRECTIONS] {
+    static ALL: OnceLock<[Vec3; DIRECTIONS]> = OnceLock::new();
+    ALL.get_or_init(|| std::array::from_fn(|i| half_sphere_direction(i, DIRECTIONS)))
 }
 
 /// Returns point `i` of `n` of a Fibonacci lattice over the half sphere z > 0.

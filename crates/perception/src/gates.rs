@@ -106,8 +106,8 @@ impl Limits {
             return Some(Gate::PixelRatio);
         }
         let points: Vec<Vec3> = support.iter().map(|&i| cloud.point(i)).collect();
-        let rms = sphere.rms(points.iter().copied());
-        if self.residual.is_some_and(|most| outside((0.0, most), rms)) {
+        let rms = || sphere.rms(points.iter().copied());
+        if self.residual.is_some_and(|most| outside((0.0, most), rms())) {
             return Some(Gate::Residual);
         }
         if self.convexity.is_some_and(|least| outside((least, 1.0), convexity(sphere, &points))) {
@@ -123,7 +123,7 @@ impl Limits {
         if self.isolation.is_some_and(|least| outside((least, 1.0), isolation())) {
             return Some(Gate::Isolation);
         }
-        let cylinder_fits_better = |margin: f64| rms > margin * cylinder::best_rms(&points);
+        let cylinder_fits_better = |margin: f64| rms() > margin * cylinder::best_rms(&points);
         if self.cylinder.is_some_and(cylinder_fits_better) {
             return Some(Gate::Cylinder);
         }

@@ -4,6 +4,7 @@ use crate::cloud::Cloud;
 use crate::sphere::Sphere;
 use nalgebra::{Matrix3, Vector3};
 use orchard_geometry::math;
+use std::sync::OnceLock;
 
 /// Number of directions in which the end of a surface is sought.
 pub(crate) const DIRECTIONS: usize = 32;
@@ -51,9 +52,8 @@ pub(crate) fn trace(cloud: &Cloud, sphere: &Sphere, hides: f64) -> Outline {
     };
     let radius_px = sphere.radius * cloud.focal / sphere.center.z;
     let (mut ends, mut hidden) = (Vec::with_capacity(DIRECTIONS), 0);
-    for k in 0..DIRECTIONS {
-        let (sin, cos) = math::sin_cos(std::f64::consts::TAU * k as f64 / DIRECTIONS as f64);
-        match end(cloud, sphere, center, (cos, sin), REACH * radius_px, hides) {
+    for direction in directions() {
+        match end(cloud, sphere, center, *direction, REACH * radius_px, hides) {
             End::At(u, v) => ends.push((u, v)),
             End::Hidden => hidden += 1,
             End::Never => {}
@@ -81,6 +81,17 @@ pub(crate) fn trace(cloud: &Cloud, sphere: &Sphere, hides: f64) -> Outline {
     }
 }
 
+/// Directions in which the end of a surface is sought.
+fn directions() -> &'static [(f64, f64); DIRECTIONS] {
+    static ALL: OnceLock<[(f64, f64); DIRECTIONS]> = OnceLock::new();
+    ALL.get_or_init(|| {
+        std::array::from_fn(|k| {
+            let (sin, cos) = math::sin_cos(std::f64::consts::TAU * k as f64 / DIRECTIONS as f64);
+            (cos, sin)
+        })
+    })
+}
+
 fn end(cloud: &Cloud, sphere: &Sphere, from: (f64, f64), step: (f64, f64), reach: f64, hides: f64) -> End {
     let rim = sphere.center.z + BEHIND * sphere.radius;
     let front = sphere.center.z - sphere.radius - hides;
@@ -88,7 +99,7 @@ fn end(cloud: &Cloud, sphere: &Sphere, from: (f64, f64), step: (f64, f64), reach
     let mut t = 0.0;
     while t <= reach {
         let (u, v) = (from.0 + t * step.0, from.1 + t * step.1);
-        let (column, row) = ((u + 0.5).floor(), (v + 0.5).floor());
+        let (column, row) = (u + 0.5, v + 0.5);
         if column < 0.0 || row < 0.0 || column >= cloud.width as f64 || row >= cloud.height as f64 {
             return End::Never;
         }

@@ -110,13 +110,17 @@ impl Posterior {
         let radius_px = sphere.radius * cloud.focal / sphere.center.z;
         // A float-to-integer cast saturates.
         let spacing = ((radius_px / SAMPLES) as usize).clamp(1, cloud.width);
+        let square = |x: f64| x * x;
+        let (least, most) = (square((sphere.radius - band).max(0.0)), square(sphere.radius + band));
         let looked_at = cloud.sample_in_ball(&sphere.center, sphere.radius + band, spacing, |p| {
             let q = p - sphere.center;
-            let distance = q.norm();
-            let residual = distance - sphere.radius;
-            if residual.abs() >= band || q.dot(&p) > 0.0 {
+            let distance = q.norm_squared();
+            // Most pixels lie before or behind the sphere; a root is not taken for them.
+            if distance < least || distance > most || q.dot(&p) > 0.0 {
                 return;
             }
+            let distance = distance.sqrt();
+            let residual = distance - sphere.radius;
             let share = residual / band;
             let weight = (1.0 - share * share) * (1.0 - share * share);
             let n = q / distance;

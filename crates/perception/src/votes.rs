@@ -84,11 +84,13 @@ fn votes(cloud: &Cloud, noise: &Noise, radius: f64) -> Vec<Cell> {
     };
     cloud.usable_in(image, 1, |i, p| {
         let radius_px = radius * cloud.focal / p.z;
-        let spacing = (SPACING * radius_px).floor().max(1.0);
+        // A float-to-integer cast saturates.
+        let every = ((SPACING * radius_px) as u32).max(1);
         let (u, v) = cloud.uv(i);
-        if u % spacing as usize != 0 || v % spacing as usize != 0 {
+        if ![u, v].iter().all(|at| (*at as u32).is_multiple_of(every)) {
             return;
         }
+        let spacing = f64::from(every);
         let Some(center) = vote(cloud, noise, radius, (u, v), radius_px) else { return };
         if let (Some(x), Some(y), Some(z)) = (index(center.x), index(center.y), index(center.z)) {
             let share = spacing * spacing / (std::f64::consts::PI * radius_px * radius_px);
