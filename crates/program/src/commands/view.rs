@@ -59,7 +59,10 @@ pub struct Args {
     /// Draw a picture every second frame of the world, 30 a second, into a folder instead of opening a window
     #[arg(long, value_name = "DIR")]
     video: Option<PathBuf>,
-    /// Frames of the world for --screenshot and --video, 60 a second
+    /// Draw the pictures of --video without a window and without writing them, and tell their rate and costs
+    #[arg(long, conflicts_with_all = ["screenshot", "video", "headless", "demos"])]
+    measure: bool,
+    /// Frames of the world for --screenshot, --video and --measure, 60 a second
     #[arg(long, default_value_t = 60, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=36_000))]
     frames: u32,
 }

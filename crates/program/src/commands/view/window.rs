@@ -34,6 +34,7 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     match (&args.screenshot, &args.video) {
         (Some(file), _) => screenshot(args, stage, overlays, file),
         (None, Some(folder)) => video(args, stage, overlays, folder),
+        (None, None) if args.measure => pictures(args, stage, overlays, |_, _| Ok(())),
         (None, None) => window::open(stage, overlays, args.size).map_err(refused),
     }
 }
@@ -146,13 +147,24 @@ fn screenshot(args: &Args, stage: Stage, overlays: Overlays, file: &Path) -> Res
 }
 
 fn video(args: &Args, stage: Stage, overlays: Overlays, folder: &Path) -> Result<(), Failure> {
-    let mut screen = Offscreen::new(args.size).map_err(refused)?;
     let folder = Store::open(folder).map_err(|e| Failure::of_file(&e))?;
-    let mut viewer = Viewer::new(stage, overlays, screen.state());
-    let tally = window::video(&mut screen, &mut viewer, args.frames, EVERY, |number, screen| {
+    pictures(args, stage, overlays, |number, screen| {
         let file = folder.path().join(format!("frame-{number:06}.png"));
         window::write_png_fast(&file, &screen.picture()?)
-    });
+    })
+}
+
+/// Draws pictures, 30 a second of the world's time, gives each to `take`, and tells their costs.
+fn pictures(
+    args: &Args,
+    stage: Stage,
+    overlays: Overlays,
+    take: impl FnMut(u32, &Offscreen) -> Result<(), ViewError>,
+) -> Result<(), Failure> {
+    let mut screen = Offscreen::new(args.size).map_err(refused)?;
+    say!("device: {}", screen.device());
+    let mut viewer = Viewer::new(stage, overlays, screen.state());
+    let tally = window::video(&mut screen, &mut viewer, args.frames, EVERY, take);
     say!("{}", tally.map_err(refused)?.line());
     Ok(())
 }
