@@ -8,17 +8,19 @@ use eframe::egui::{self, Color32, Rect, Sense, TextureHandle, TextureId, Texture
 use eframe::egui_wgpu::RenderState;
 use orchard_geometry::{Image, Vec3};
 use orchard_play::{
-    Drawing, Marks, Mesh, Overlay, Overlays, Paint, Reach, Seen, Trace, Wish, WoodPaint, annotate, wrist,
+    Drawing, Marks, Mesh, Overlay, Overlays, Paint, Reach, Seen, Trace, Wish, WoodPaint, annotate,
+    goal_sentence, mark_goal, wrist,
 };
 
 use super::clock::thread_time;
 use super::file::{without_alpha, write_png};
 use super::keys::{self, Action};
-use super::renderer::{Lists, Renderer};
+use super::renderer::{Renderer, Scene};
 use crate::orbit::Orbit;
 use crate::pace::Pace;
 use crate::pad::{Pad, PadEvent};
 use crate::stage::{Dials, Stage};
+use crate::stand::Stand;
 
 /// Longest time that the world may take between two pictures; what is left then is dropped, and the world runs slower than asked.
 const STEPPING: Duration = Duration::from_millis(50);
@@ -78,6 +80,9 @@ pub struct Viewer {
     marks: Marks,
     mark_meshes: [Mesh; 3],
     renderer: Renderer,
+    /// Number of trees with those that stand still beside the world's, and those.
+    trees: u32,
+    stand: Option<Stand>,
     scene: Option<TextureId>,
     /// Depth along the view at which the pointer pulls \[m\].
     pub(super) pull_depth: Option<f64>,
@@ -118,6 +123,8 @@ impl Viewer {
             marks: Marks::default(),
             mark_meshes: Marks::meshes(),
             renderer: Renderer::new(state, Renderer::is_fast(state)),
+            trees: 1,
+            stand: None,
             scene: None,
             pull_depth: None,
             p_base,
@@ -132,6 +139,26 @@ impl Viewer {
     /// Draws smooth edges from now on, however long that takes. A device in software draws none otherwise.
     pub fn smooth(&mut self, state: &RenderState) {
         self.renderer = Renderer::new(state, true);
+    }
+
+    /// Shows so many trees in rows from now on: the world's, and the next of its seed, which stand still.
+    ///
+    /// # Errors
+    /// A tree that cannot be grown; the message names it.
+    pub fn show_trees(&mut self, trees: u32) -> Result<(), String> {
+        self.trees = trees;
+        self.grow_stand()
+    }
+
+    fn grow_stand(&mut self) -> Result<(), String> {
+        let Dials { seed, index, .. } = *self.stage.dials();
+        self.stand = match self.trees {
+            0 | 1 => None,
+            trees => Some(Stand::grow(self.stage.scenario(), seed, index, trees)?),
+        };
+        self.renderer.forget_stand();
+        self.begin();
+        Ok(())
     }
 
     /// The stage.
@@ -312,6 +339,7 @@ impl Viewer {
         if self.message.is_none() {
             self.closes = false;
             self.begin();
+            self.message = self.stage.goal().map(|goal| goal_sentence(goal).to_owned());
         }
     }
 
@@ -331,6 +359,7 @@ impl Viewer {
         self.dials = self.stage.dials().clone();
         if self.message.is_none() {
             self.begin();
+            self.message = self.grow_stand().err();
             if moved {
                 self.orbit = first_view(&self.stage);
             }
@@ -346,6 +375,9 @@ impl Viewer {
     /// Another world, or the same from another moment.
     fn begin(&mut self) {
         self.drawing = self.stage.session().drawing();
+        if let Some(stand) = &self.stand {
+            self.drawing.set_extent(stand.extent());
+        }
         self.renderer.forget_world();
         self.trace.clear();
         (self.seen_frame, self.seen, self.depth, self.colour) = (None, Vec::new(), None, None);
@@ -396,14 +428,22 @@ impl Viewer {
         let session = self.stage.session();
         session.draw(&mut self.drawing, &paint);
         annotate(&mut self.marks, session, &self.overlays, &self.seen);
+        if let Some(goal) = self.stage.goal() {
+            mark_goal(&mut self.marks, session.world(), goal);
+        }
         if self.overlays.has(Overlay::Zones) {
             self.stage.canopy().mark(&mut self.marks, session.world());
         }
         let pixels = ui.ctx().pixels_per_point();
         let size = [rect.width() * pixels, rect.height() * pixels].map(|side| side.round() as u32);
-        let world = Lists { meshes: self.drawing.meshes(), instances: self.drawing.instances() };
-        let marks = Lists { meshes: &self.mark_meshes, instances: self.marks.instances() };
-        let (view, is_new) = self.renderer.draw(size, &self.orbit, &world, &marks);
+        let scene = Scene {
+            drawing: &self.drawing,
+            stand: self.stand.as_ref(),
+            leaves: paint.leaves,
+            mark_meshes: &self.mark_meshes,
+            marks: &self.marks,
+        };
+        let (view, is_new) = self.renderer.draw(size, &self.orbit, &scene);
         let (device, filter) = (&state.device, wgpu::FilterMode::Linear);
         let id = match self.scene {
             Some(id) if is_new => {
