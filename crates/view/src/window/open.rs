@@ -5,7 +5,7 @@ use eframe::{CreationContext, Frame, NativeOptions};
 use orchard_play::Overlays;
 
 use super::ViewError;
-use super::device::{configuration, one_line};
+use super::device::{DITHERS, configuration, one_line};
 use super::layout;
 use super::viewer::Viewer;
 use crate::stage::Stage;
@@ -40,6 +40,7 @@ pub fn open(stage: Stage, overlays: Overlays, size: [u32; 2], trees: u32) -> Res
     let options = NativeOptions {
         viewport: ViewportBuilder::default().with_inner_size([width, height]).with_title("OrchardBench"),
         wgpu_options: configuration(),
+        dithering: DITHERS,
         ..NativeOptions::default()
     };
     let make = move |creation: &CreationContext<'_>| -> Result<Box<dyn eframe::App>, _> {

@@ -17,6 +17,7 @@ pub struct Pipelines {
     /// Lit by the corner.
     closed: wgpu::RenderPipeline,
     open: wgpu::RenderPipeline,
+    level: wgpu::RenderPipeline,
     shadow_closed: wgpu::RenderPipeline,
     shadow_open: wgpu::RenderPipeline,
     /// Marks let through what is behind them.
@@ -61,6 +62,7 @@ impl Pipelines {
             facets: make(["vertex", "fragment"], None, false),
             closed: make(["closed_vertex", "lit_fragment"], hidden, false),
             open: make(["open_vertex", "lit_fragment"], None, false),
+            level: make(["level_vertex", "level_fragment"], hidden, false),
             // Light comes from above, as the view does: what the sun does not see, the eye does not see of a shadow.
             shadow_closed: make(["shadow_vertex", "shadow_fragment"], hidden, false),
             shadow_open: make(["shadow_vertex", "shadow_fragment"], None, false),
@@ -77,9 +79,9 @@ impl Pipelines {
         }
     }
 
-    /// Draws the ground.
-    pub fn ground(&self) -> &wgpu::RenderPipeline {
-        &self.facets
+    /// Draws level ground.
+    pub fn level(&self) -> &wgpu::RenderPipeline {
+        &self.level
     }
 
     /// Draws a mesh's shadow on level ground.

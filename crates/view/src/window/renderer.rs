@@ -223,7 +223,7 @@ impl Renderer {
             self.draw_calls +=
                 self.stand.draw(&mut pass, |_, look| stands(look).then(|| pipelines.shadow(look)));
             self.draw_calls +=
-                self.world.draw(&mut pass, |mesh, _| (mesh == SQUARE).then(|| pipelines.ground()));
+                self.world.draw(&mut pass, |mesh, _| (mesh == SQUARE).then(|| pipelines.level()));
         }
         self.draw_calls += self.over.draw(&mut pass, |_, _| Some(&pipelines.marks));
         drop(pass);

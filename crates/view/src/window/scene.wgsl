@@ -91,15 +91,37 @@ fn lit_fragment(s: Lit) -> @location(0) vec4<f32> {
     return vec4<f32>(s.colour, 1.0);
 }
 
+// Ground with lines a metre apart, which fades into the sky.
+fn ground(lit: vec3<f32>, at: vec2<f32>) -> vec4<f32> {
+    let cell = abs(fract(at - 0.5) - 0.5) / max(fwidth(at), vec2<f32>(1e-9, 1e-9));
+    let line = mix(0.9, 1.0, clamp(min(cell.x, cell.y), 0.0, 1.0));
+    let far = smoothstep(0.33 * view.ground.x, 0.96 * view.ground.x, length(at));
+    return vec4<f32>(mix(lit * line, view.sky.xyz, far), 1.0);
+}
+
 @fragment
 fn fragment(s: Shown) -> @location(0) vec4<f32> {
     let is_ground = s.kind > 0.5;
-    // Lines a metre apart.
-    let cell = abs(fract(s.at.xy - 0.5) - 0.5) / max(fwidth(s.at.xy), vec2<f32>(1e-9, 1e-9));
-    let line = mix(0.9, 1.0, clamp(min(cell.x, cell.y), 0.0, 1.0));
-    let shown = lit(s) * select(1.0, line, is_ground);
-    let far = select(0.0, smoothstep(0.33 * view.ground.x, 0.96 * view.ground.x, length(s.at.xy)), is_ground);
-    return vec4<f32>(mix(shown, view.sky.xyz, far), 1.0);
+    let shown = lit(s);
+    let on_ground = ground(shown, s.at.xy);
+    return select(vec4<f32>(shown, 1.0), on_ground, is_ground);
+}
+
+struct Level {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) at: vec2<f32>,
+    @location(1) @interpolate(flat) colour: vec3<f32>,
+}
+
+@vertex
+fn level_vertex(v: Vertex) -> Level {
+    let at = placed(v);
+    return Level(view.clip_world * vec4<f32>(at, 1.0), at.xy, v.colour * light(v.normal));
+}
+
+@fragment
+fn level_fragment(s: Level) -> @location(0) vec4<f32> {
+    return ground(s.colour, s.at);
 }
 
 @fragment

@@ -444,7 +444,8 @@ impl Viewer {
             marks: &self.marks,
         };
         let (view, is_new) = self.renderer.draw(size, &self.orbit, &scene);
-        let (device, filter) = (&state.device, wgpu::FilterMode::Linear);
+        // It has the pixels of the window.
+        let (device, filter) = (&state.device, wgpu::FilterMode::Nearest);
         let id = match self.scene {
             Some(id) if is_new => {
                 state.renderer.write().update_egui_texture_from_wgpu_texture(device, view, filter, id);
