@@ -113,8 +113,8 @@ mod tests {
         let at = |x: f64, y: f64, depth: f64| orbit.at([x, y], aspect, depth);
         // At 4 m, a pixel is 4 m x 2 tan(0.425) / 480 = 7.5 mm.
         assert_eq!(
-            (sorted(at(0.0, 0.0, 4.0), 0.06)[..2], sorted(at(0.9, -0.9, 4.0), 0.02)[..2]),
-            ([1, 0], [0, 1])
+            (sorted(at(0.0, 0.0, 4.0), 0.06)[..2].to_vec(), sorted(at(0.9, -0.9, 4.0), 0.02)[..2].to_vec()),
+            (vec![1, 0], vec![0, 1])
         );
         for outside in [at(1.2, 0.0, 4.0), at(0.0, 1.2, 4.0), at(0.0, 0.0, -2.0)] {
             assert_eq!(sorted(outside, 0.02)[..2], [0, 0]);
