@@ -152,13 +152,12 @@ impl Viewer {
 
     fn grow_stand(&mut self) -> Result<(), String> {
         let Dials { seed, index, .. } = *self.stage.dials();
-        self.stand = match self.trees {
-            0 | 1 => None,
-            trees => Some(Stand::grow(self.stage.scenario(), seed, index, trees)?),
-        };
+        let grown = (self.trees > 1).then(|| Stand::grow(self.stage.scenario(), seed, index, self.trees));
+        self.stand = None;
+        let told = grown.transpose().map(|stand| self.stand = stand);
         self.renderer.forget_stand();
         self.begin();
-        Ok(())
+        told
     }
 
     /// The stage.
@@ -212,20 +211,18 @@ impl Viewer {
                 self.act(ui, keys::of_pad(action));
             }
         }
-        if ui.ctx().egui_wants_keyboard_input() {
-            let wish = Wish { closes: self.closes, ..Wish::default() };
-            self.stage.session_mut().wish(self.pad.over(wish));
+        let (actions, wish, view) = if ui.ctx().egui_wants_keyboard_input() {
+            Default::default()
         } else {
-            let (actions, wish, view) =
-                ui.input(|input| (keys::actions(input), keys::wish(input), keys::view(input)));
-            actions.into_iter().for_each(|action| self.act(ui, action));
-            let wish = Wish { closes: self.closes, ..wish };
-            self.stage.session_mut().wish(self.pad.over(wish));
-            let by_key = TURN[1] * self.elapsed;
-            if view != [0.0; 3] {
-                self.orbit.turn(-view[0] * by_key, view[1] * by_key);
-                self.orbit.zoom(orchard_geometry::math::exp(view[2] * ZOOM[1] * self.elapsed));
-            }
+            ui.input(|input| (keys::actions(input), keys::wish(input), keys::view(input)))
+        };
+        actions.into_iter().for_each(|action| self.act(ui, action));
+        let wish = Wish { closes: self.closes, ..wish };
+        self.stage.session_mut().wish(self.pad.over(wish));
+        let by_key = TURN[1] * self.elapsed;
+        if view != [0.0; 3] {
+            self.orbit.turn(-view[0] * by_key, view[1] * by_key);
+            self.orbit.zoom(orchard_geometry::math::exp(view[2] * ZOOM[1] * self.elapsed));
         }
         if let Ok(answer) = self.answers.1.try_recv() {
             self.message = Some(answer);
@@ -358,7 +355,6 @@ impl Viewer {
         self.message = self.stage.turn(dials).err();
         self.dials = self.stage.dials().clone();
         if self.message.is_none() {
-            self.begin();
             self.message = self.grow_stand().err();
             if moved {
                 self.orbit = first_view(&self.stage);
