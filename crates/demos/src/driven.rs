@@ -6,7 +6,8 @@ use std::sync::atomic::AtomicBool;
 use orchard_bench::record::Record as _;
 use orchard_bench::store::{Store, Stored};
 use orchard_bench::task::{NoProgress, RunError, Session};
-use orchard_env::{Settings, Task, Via};
+use orchard_env::{EnvError, Settings, TaskEnv, Via};
+use orchard_picker::Goal;
 use orchard_robot::Command;
 use orchard_scenario::Scenario;
 
@@ -54,6 +55,9 @@ pub enum DrivenError {
     /// Settings, a seed or a scenario that cannot be used.
     #[error(transparent)]
     Plan(#[from] DemosError),
+    /// There is no world to start in.
+    #[error(transparent)]
+    Env(#[from] EnvError),
     /// `meta.json` of the folder cannot be used.
     #[error(transparent)]
     Meta(#[from] MetaError),
@@ -76,7 +80,7 @@ pub enum DrivenError {
     },
 }
 
-/// The harvest as a person demonstrates it in a scenario, and the folder of the files.
+/// A task as a person demonstrates it in a scenario, and the folder of the files.
 pub struct DrivenDemos<'a> {
     scenario: Scenario,
     settings: Settings,
@@ -89,8 +93,7 @@ impl<'a> DrivenDemos<'a> {
     /// # Errors
     /// Settings that do not fit the scenario, or a folder with other demonstrations.
     pub fn new(scenario: &Scenario, settings: &Settings, store: &'a Store) -> Result<Self, DrivenError> {
-        let settings = Settings { task: Task::Harvest, ..settings.clone() };
-        let demos = Self { scenario: scenario.with_controller(person()), settings, store };
+        let demos = Self { scenario: scenario.with_controller(person()), settings: settings.clone(), store };
         demos.plan(vec![FREE])?;
         demos.seeds()?;
         Ok(demos)
@@ -130,7 +133,21 @@ impl<'a> DrivenDemos<'a> {
         Ok(seeds)
     }
 
-    /// Checks that a demonstration of a seed's first world can be added.
+    /// Index of the world in which a demonstration of a seed starts, and the task's goal there, if it has one. It is the seed's first world, or the first after it with a target.
+    ///
+    /// # Errors
+    /// As [`Self::check`], or no world of the seed has a target.
+    pub fn start(&self, seed: u64) -> Result<(u32, Option<Goal>), DrivenError> {
+        self.check(seed)?;
+        if self.settings.task.target().is_none() {
+            return Ok((0, None));
+        }
+        let mut env = TaskEnv::new(&self.scenario, &self.settings, 0..1)?;
+        env.reset(&[Some(seed)], &[true])?;
+        Ok((env.world(0).map_or(0, |(_, index)| index), env.goal(0)))
+    }
+
+    /// Checks that a demonstration of a seed can be added.
     ///
     /// # Errors
     /// A seed of the official set, or one that has a demonstration.
@@ -139,7 +156,7 @@ impl<'a> DrivenDemos<'a> {
         if self.seeds()?.contains(&seed) { Err(DrivenError::Taken(seed)) } else { Ok(()) }
     }
 
-    /// Simulates a driven episode of a seed's first world again, and writes it beside the others as [`crate::run`] does. It ends with the task's own
+    /// Simulates a driven episode of a seed again, in the world of [`Self::start`], and writes it beside the others as [`crate::run`] does. It ends with the task's own
     /// end, or with the last whole step of the drive, and is marked as truncated then.
     ///
     /// # Errors

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::time::Instant;
 
-use orchard_picker::Controller;
+use orchard_picker::{Controller, Goal};
 use orchard_policy::{Encoding, SettingError, Spaces, Target, Values};
 use orchard_scenario::Scenario;
 use orchard_tasks::component::{Component, Gentle, ReachAndGrasp};
@@ -257,7 +257,7 @@ impl TaskEnv {
         if self.slots[env].truth().is_none() {
             return Err(EnvError::NotStarted { env });
         }
-        let Some(goal) = self.slots[env].goal() else { return Ok(scenario.controller()) };
+        let Some(goal) = self.goal(env) else { return Ok(scenario.controller()) };
         scenario.controller_with_goal(&goal).ok_or_else(|| {
             let problem = format!("it takes no goals, which {} needs", self.interface().task.name());
             SettingError { option: "controller", value: scenario.names().controller.clone(), problem }.into()
@@ -353,6 +353,14 @@ impl TaskEnv {
     /// There is no such environment.
     pub fn report(&self, env: usize) -> &Report {
         &self.slots[env].report
+    }
+
+    /// The goal of an environment's present episode; none for a task without one, and before the first reset.
+    ///
+    /// # Panics
+    /// There is no such environment.
+    pub fn goal(&self, env: usize) -> Option<Goal> {
+        self.slots[env].goal()
     }
 
     /// Seed and index of an environment's world; none before the first reset.

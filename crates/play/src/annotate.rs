@@ -1,8 +1,8 @@
 //! Marks of the overlays over the present state of a world.
 
 use orchard_fruit::Phase;
-use orchard_geometry::{Pose, Vec3, transform};
-use orchard_picker::{Event, State};
+use orchard_geometry::{Pose, Vec3, math, transform};
+use orchard_picker::{Event, Goal, State};
 use orchard_world::World;
 
 use crate::marks::{Marks, colour};
@@ -18,6 +18,9 @@ const LONGEST: f64 = 0.8;
 const SHAFT: f64 = 0.006;
 /// Radius of the line along a stem \[m\].
 const STEM: f64 = 0.007;
+
+/// Radius of the sphere about a target over the target's.
+const AROUND: f64 = 1.15;
 
 /// A sphere that the detector found in the latest image.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -159,13 +162,40 @@ fn stems(marks: &mut Marks, world: &World) {
     }
 }
 
+/// Adds the goal of a task that a person demonstrates: a sphere about the fruit, or an arrow whose tip is the point and whose way is the side to come from.
+pub fn mark_goal(marks: &mut Marks, world: &World, goal: &Goal) {
+    /// Length of the arrow \[m\].
+    const WAY: f64 = 0.3;
+    let x_world_odom = world.x_world_odom();
+    match goal {
+        Goal::Grasp { p_odom, radius } => {
+            marks.ball(&transform(&x_world_odom, p_odom), radius * AROUND, colour::YELLOW, 0.45);
+        }
+        Goal::Reach { p_odom, heading_odom } => {
+            let (sin, cos) = math::sin_cos(*heading_odom);
+            let way = x_world_odom.rotation * Vec3::new(cos, sin, 0.0) * WAY;
+            marks.arrow(&(transform(&x_world_odom, p_odom) - way), &way, SHAFT, colour::YELLOW);
+        }
+    }
+}
+
+/// A goal as a sentence for the person who demonstrates it.
+pub fn goal_sentence(goal: &Goal) -> &'static str {
+    match goal {
+        Goal::Grasp { .. } => {
+            "hold the fruit in the yellow sphere between the fingers, then keep the demonstration"
+        }
+        Goal::Reach { .. } => "bring the hand along the yellow arrow to its tip, then keep the demonstration",
+    }
+}
+
 /// The target, the way to it, and the commanded pose of the hand.
 fn plan(marks: &mut Marks, session: &Session) {
     let world = session.world();
     let (handle, data) = (world.handle(), world.data());
     let p_hand = handle.x_world_tcp(data).translation.vector;
     if let Some(target) = target(session) {
-        marks.ball(&target.p_world, target.radius * 1.15, colour::YELLOW, 0.45);
+        marks.ball(&target.p_world, target.radius * AROUND, colour::YELLOW, 0.45);
         marks.line(&p_hand, &target.p_world, 0.7 * SHAFT, colour::YELLOW);
     }
     if let Some(command) = session.command() {

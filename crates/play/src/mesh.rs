@@ -25,6 +25,9 @@ impl Fineness {
     pub const APPLE: Self = Self { sides: 16, rings: 5 };
     /// For a sphere as large as a robot.
     pub const SPHERE: Self = Self { sides: 40, rings: 10 };
+    /// For capsules and balls of few pixels.
+    pub(crate) const COARSE_TWIG: Self = Self { sides: 5, rings: 1 };
+    pub(crate) const COARSE_APPLE: Self = Self { sides: 8, rings: 3 };
 }
 
 /// A mesh as a list of triangles, three vertices each, [`MESH_FLOATS`] numbers a vertex.
@@ -32,6 +35,8 @@ impl Fineness {
 pub struct Mesh {
     /// The numbers.
     pub floats: Vec<f32>,
+    /// True for a surface that encloses nothing: both of its sides are seen.
+    pub is_open: bool,
 }
 
 /// A vertex: a, b, c, normal.
@@ -99,9 +104,34 @@ impl Mesh {
     /// A leaf blade: sizes (length, width, -).
     pub fn blade(blade: &BladeMesh) -> Self {
         let (along, across) = (blade.vertices(1.0, 0.0), blade.vertices(0.0, 1.0));
-        let mut mesh = Self::default();
+        let mut mesh = Self { is_open: true, ..Self::default() };
         for corners in triangles() {
             mesh.push(corners.map(|k| [along[k], across[k], Vec3::zeros(), Vec3::zeros()]));
+        }
+        mesh
+    }
+
+    /// A leaf blade of few pixels in two flat halves with the area of the ellipse: sizes (length, width, -).
+    pub(crate) fn coarse_blade(blade: &BladeMesh) -> Self {
+        /// Places of the corners along the blade, and their distance from the midrib over half the width.
+        const ALONG: [f64; 2] = [0.25, 0.75];
+        const ACROSS: f64 = TAU / 6.0;
+        let farthest = |vertices: &[Vec3], way: &Vec3| -> Vec3 {
+            let along = vertices.iter().max_by(|a, b| a.dot(way).total_cmp(&b.dot(way)));
+            along.copied().unwrap_or_default()
+        };
+        let tip = farthest(&blade.vertices(1.0, 0.0), &Vec3::x());
+        let mut mesh = Self { is_open: true, ..Self::default() };
+        for side in [Vec3::y(), -Vec3::y()] {
+            let edge = ACROSS * farthest(&blade.vertices(0.0, 1.0), &side);
+            let normal = tip.cross(&edge).normalize();
+            let normal = normal * normal.z.signum();
+            let at =
+                |along: f64, across: f64| -> Vertex { [tip * along, edge * across, Vec3::zeros(), normal] };
+            let [petiole, low, high, tip] =
+                [at(0.0, 0.0), at(ALONG[0], 1.0), at(ALONG[1], 1.0), at(1.0, 0.0)];
+            mesh.push([petiole, low, high]);
+            mesh.push([petiole, high, tip]);
         }
         mesh
     }
@@ -123,7 +153,7 @@ impl Mesh {
 
     /// The surface of terrain: sizes (scale, -, -).
     pub fn terrain(field: &HeightField) -> Self {
-        let mut mesh = Self::default();
+        let mut mesh = Self { is_open: true, ..Self::default() };
         for triangle in field.triangles(field.cells()) {
             mesh.push(triangle.map(|p| [p, Vec3::zeros(), Vec3::zeros(), Vec3::zeros()]));
         }
@@ -151,7 +181,7 @@ impl Mesh {
     pub fn square() -> Self {
         let corner =
             |x: f64, y: f64| -> Vertex { [Vec3::new(x, y, 0.0), Vec3::zeros(), Vec3::zeros(), Vec3::z()] };
-        let mut mesh = Self::default();
+        let mut mesh = Self { is_open: true, ..Self::default() };
         mesh.push([corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0)]);
         mesh.push([corner(-1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)]);
         mesh

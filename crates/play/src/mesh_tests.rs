@@ -47,3 +47,24 @@ fn a_blade_is_the_cameras_blade() {
         }
     }
 }
+
+/// The coarse blade has the ellipse's area under every length and width, ends where the blade does, and its two normals stand on its halves.
+#[test]
+fn a_coarse_blade_covers_as_much_as_a_leaf() {
+    let blade = BladeMesh::new(0.35, 0.7);
+    let mesh = Mesh::coarse_blade(&blade);
+    assert!(mesh.is_open && mesh.triangles() == 4);
+    for (length, width) in [(0.085, 0.05), (0.04, 0.03)] {
+        let triangles = triangles_of(&mesh, [length, width, 0.0]);
+        let across = |[a, b, c]: &[Vec3; 3]| (b - a).cross(&(c - a));
+        for (corners, normal) in &triangles {
+            assert!(across(corners).normalize().dot(normal).abs() > 1.0 - 1e-6 && normal.z > 0.0);
+        }
+        let chord = blade.vertices(length, width)[1].norm() / length;
+        let area: f64 = triangles.iter().map(|(corners, _)| 0.5 * across(corners).norm()).sum();
+        let ellipse = std::f64::consts::FRAC_PI_4 * length * width * chord;
+        assert!((area / ellipse - 1.0).abs() < 0.01, "{}", area / ellipse);
+        let tip = triangles.iter().flat_map(|(corners, _)| corners).map(|p| p.x).fold(0.0, f64::max);
+        assert!((tip - blade.vertices(length, width)[1].x).abs() < 1e-8);
+    }
+}

@@ -71,14 +71,25 @@ const SQUARE: usize = 3;
 const BALL: usize = 4;
 const OWN: usize = 5;
 
+/// A mesh of fewer triangles for the instances of another one that are small on a screen.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Coarse {
+    /// The mesh.
+    pub mesh: Mesh,
+    /// Pixels on the screen of an instance's first size, its length or its radius, below which nobody sees a difference.
+    pub below: f32,
+}
+
 /// Collects the instances of every mesh. It keeps the meshes from picture to picture of the same world.
 #[derive(Debug)]
 pub struct Drawing {
     meshes: Vec<Mesh>,
+    coarse: [Option<Coarse>; OWN],
     instances: Vec<Vec<f32>>,
     /// Mesh of each hull and terrain, by the address of its shared shape.
     shared: BTreeMap<usize, usize>,
-    ground: GroundRules,
+    /// Half the side of level ground \[m\].
+    extent: f64,
 }
 
 impl Picture {
@@ -104,18 +115,46 @@ impl Drawing {
                 Mesh::square(),
                 Mesh::capsule(Fineness::APPLE),
             ],
+            coarse: [
+                Some(Coarse { mesh: Mesh::capsule(Fineness::COARSE_TWIG), below: 3.0 }),
+                None,
+                Some(Coarse { mesh: Mesh::coarse_blade(&blade), below: 16.0 }),
+                None,
+                Some(Coarse { mesh: Mesh::capsule(Fineness::COARSE_APPLE), below: 7.0 }),
+            ],
             shared: BTreeMap::new(),
-            ground: ground.clone(),
+            extent: ground.extent.si(),
         }
+    }
+
+    /// Half the side of level ground \[m\].
+    pub fn extent(&self) -> f64 {
+        self.extent
+    }
+
+    /// Draws level ground so far from the middle \[m\].
+    pub fn set_extent(&mut self, extent: f64) {
+        self.extent = extent;
+    }
+
+    /// Lists the instances of the tree alone, with its fruit, posts and wires.
+    pub fn draw_tree(&mut self, world: &World) {
+        self.list(world, None, &Paint::default(), |label| {
+            matches!(label, Label::Wood | Label::Leaf | Label::Fruit | Label::Scenery)
+        });
     }
 
     /// Lists the instances of the present state.
     pub fn draw(&mut self, world: &World, grip: Option<&Grip>, paint: &Paint) {
+        self.list(world, grip, paint, |label| paint.leaves || label != Label::Leaf);
+    }
+
+    fn list(&mut self, world: &World, grip: Option<&Grip>, paint: &Paint, wanted: impl Fn(Label) -> bool) {
         self.instances.iter_mut().for_each(Vec::clear);
         let scene = world.picture_scene();
         let fruit: Vec<FruitState> = world.fruit_truth().iter().map(|fruit| fruit.state).collect();
         for item in &scene.items {
-            if paint.leaves || item.label != Label::Leaf {
+            if wanted(item.label) {
                 self.push(item, colour_of(world, item, &fruit, grip, paint.wood));
             }
         }
@@ -124,6 +163,11 @@ impl Drawing {
     /// The meshes so far.
     pub fn meshes(&self) -> &[Mesh] {
         &self.meshes
+    }
+
+    /// Coarser forms of the first meshes.
+    pub fn coarse(&self) -> &[Option<Coarse>] {
+        &self.coarse
     }
 
     /// The instances of each mesh.
@@ -144,7 +188,7 @@ impl Drawing {
             Geometry::Shape(Shape::Sphere { radius }) => (BALL, [*radius, 0.0, 0.0]),
             Geometry::Shape(Shape::Capsule { radius, length }) => (CAPSULE, [*radius, *length, 0.0]),
             Geometry::Shape(Shape::Box { half }) => (CUBOID, [half.x, half.y, half.z]),
-            Geometry::Shape(Shape::HalfSpace) => (SQUARE, [self.ground.extent.si(), 0.0, 0.0]),
+            Geometry::Shape(Shape::HalfSpace) => (SQUARE, [self.extent, 0.0, 0.0]),
             Geometry::Shape(Shape::ConvexHull(hull)) => {
                 (self.shared(Arc::as_ptr(hull) as usize, || Mesh::hull(hull)), [1.0, 0.0, 0.0])
             }

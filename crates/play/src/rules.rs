@@ -16,6 +16,8 @@ pub struct PlayRules {
     pub hand: HandRules,
     /// The ground.
     pub ground: GroundRules,
+    /// Trees beside the one that moves.
+    pub stand: StandRules,
     /// The robot driven by hand.
     pub jog: JogRules,
 }
@@ -42,6 +44,16 @@ pub struct HandRules {
 pub struct GroundRules {
     /// Half the side of the level ground.
     pub extent: Quantity,
+}
+
+/// Places of trees beside the one that moves.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StandRules {
+    /// Distance of rows.
+    pub row_distance: Quantity,
+    /// Distance of trees in a row.
+    pub tree_distance: Quantity,
 }
 
 /// Speeds of a robot that is driven by hand, at full deflection.

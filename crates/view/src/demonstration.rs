@@ -1,5 +1,6 @@
 //! A demonstration under way: what drives the robot, frame by frame, and the shelf where it is kept.
 
+use orchard_picker::Goal;
 use orchard_robot::Command;
 use orchard_scenario::Scenario;
 
@@ -15,13 +16,22 @@ pub struct DrivenFrame {
 /// Phase of frames that a person drove.
 pub const PERSON: &str = "person";
 
-/// Keeps demonstrations of the first tree of seeds.
+/// The start of a demonstration.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Start {
+    /// Index of the tree: 0, or the first after it in which the task has a target.
+    pub index: u32,
+    /// The task's goal; none for the harvest.
+    pub goal: Option<Goal>,
+}
+
+/// Keeps demonstrations of a task, one a seed.
 pub trait Shelf {
-    /// Checks that one of a seed can be kept.
+    /// Checks that one of a seed can be kept, and finds its start.
     ///
     /// # Errors
-    /// A sentence that says why not.
-    fn check(&self, scenario: &Scenario, seed: u64) -> Result<(), String>;
+    /// A sentence that says why none can be kept.
+    fn start(&self, scenario: &Scenario, seed: u64) -> Result<Start, String>;
 
     /// Keeps one, from the start of the world, and returns a sentence about it.
     ///

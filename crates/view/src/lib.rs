@@ -21,12 +21,13 @@ mod recorded;
 #[cfg(feature = "demos")]
 mod shelf;
 mod stage;
+mod stand;
 #[cfg(feature = "window")]
 pub mod window;
 
 pub use audience::Audience;
 pub use canopy::Canopy;
-pub use demonstration::{DrivenFrame, PERSON, Shelf};
+pub use demonstration::{DrivenFrame, PERSON, Shelf, Start};
 #[cfg(feature = "recording")]
 pub use episode::recorded;
 pub use orbit::{Axes, Orbit};
@@ -36,6 +37,7 @@ pub use pad::{PAD, Pad, PadAction, PadAxis, PadButton, PadEvent};
 #[cfg(feature = "demos")]
 pub use shelf::DemoFolder;
 pub use stage::{Dials, NOBODY, RECORDED, Setup, Stage};
+pub use stand::Stand;
 
 /// Compiles and runs the example of the README.
 #[cfg(doctest)]

@@ -5,8 +5,8 @@ use orchard_geometry::{Vec3, math};
 /// Vertical field of view of a picture that is at least as wide as high \[rad\].
 const FOV: f64 = 0.85;
 /// Nearest and farthest distance that is drawn \[m\].
-const NEAR: f64 = 0.05;
-const FAR: f64 = 60.0;
+pub(crate) const NEAR: f64 = 0.05;
+const FAR: f64 = 120.0;
 /// Bounds of the distance to the centre \[m\], and of the centre about the tree.
 const DISTANCE: [f64; 2] = [0.3, 25.0];
 const CENTRE: f64 = 12.0;
@@ -65,7 +65,7 @@ impl Orbit {
     }
 
     /// Half the height of the picture at distance 1. A narrow picture shows as much to the sides as a square one.
-    fn spread(aspect: f64) -> f64 {
+    pub(crate) fn spread(aspect: f64) -> f64 {
         math::tan(FOV / 2.0) / aspect.min(1.0)
     }
 

@@ -2,10 +2,10 @@
 
 use orchard_bench::store::Store;
 use orchard_demos::{Drive, DrivenDemos, DrivenError};
-use orchard_env::Settings;
+use orchard_env::{Settings, Task};
 use orchard_scenario::Scenario;
 
-use crate::demonstration::{DrivenFrame, Shelf};
+use crate::demonstration::{DrivenFrame, Shelf, Start};
 
 /// A folder of demonstrations.
 pub struct DemoFolder {
@@ -14,7 +14,7 @@ pub struct DemoFolder {
 }
 
 impl DemoFolder {
-    /// A folder, and the observations and actions that are written.
+    /// A folder, and the task, with the observations and actions that are written.
     pub fn new(store: Store, settings: Settings) -> Self {
         Self { store, settings }
     }
@@ -29,8 +29,9 @@ fn told(e: &DrivenError) -> String {
 }
 
 impl Shelf for DemoFolder {
-    fn check(&self, scenario: &Scenario, seed: u64) -> Result<(), String> {
-        self.of(scenario)?.check(seed).map_err(|e| told(&e))
+    fn start(&self, scenario: &Scenario, seed: u64) -> Result<Start, String> {
+        let (index, goal) = self.of(scenario)?.start(seed).map_err(|e| told(&e))?;
+        Ok(Start { index, goal })
     }
 
     fn keep(&mut self, scenario: &Scenario, seed: u64, frames: &[DrivenFrame]) -> Result<String, String> {
@@ -42,9 +43,10 @@ impl Shelf for DemoFolder {
             return Err(format!("seed {seed} has no episode: {}", record.never_began.unwrap_or_default()));
         };
         let (time, fruit) = (demo.statistics.time, demo.statistics.deposited);
-        Ok(format!(
-            "wrote the demonstration of seed {seed} to {folder}: {time:.1} s, {fruit} fruit in the bucket, {}",
-            demo.outcome
-        ))
+        let done = match self.settings.task {
+            Task::Harvest => format!("{fruit} fruit in the bucket, "),
+            Task::Reach | Task::Gentle => String::new(),
+        };
+        Ok(format!("wrote the demonstration of seed {seed} to {folder}: {time:.1} s, {done}{}", demo.outcome))
     }
 }

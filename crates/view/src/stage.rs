@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use orchard_picker::{Controller, ControllerKind};
+use orchard_picker::{Controller, ControllerKind, Goal};
 use orchard_play::{Make, Session, state_name};
 use orchard_robot::Command;
 use orchard_scenario::{Changes, OptionValue, Options, Scenario, ScenarioError};
@@ -12,7 +12,7 @@ use orchard_world::{World, WorldError};
 
 use crate::audience::Audience;
 use crate::canopy::Canopy;
-use crate::demonstration::{DrivenFrame, PERSON, Shelf};
+use crate::demonstration::{DrivenFrame, PERSON, Shelf, Start};
 use crate::recorded::Reel;
 
 /// Name of the driver that does nothing.
@@ -70,6 +70,8 @@ pub struct Stage {
     shelf: Option<Box<dyn Shelf>>,
     /// Frames of a demonstration under way.
     driven: Option<Vec<DrivenFrame>>,
+    /// Goal of the demonstrated task.
+    goal: Option<Goal>,
     /// Who watches every frame.
     audience: Option<Box<dyn Audience>>,
 }
@@ -92,7 +94,7 @@ impl Stage {
             seed: setup.seed,
             index: setup.index,
         };
-        let (session, canopy) = grow(&scenario, &dials)?;
+        let (session, canopy) = grow(&scenario, &dials, None)?;
         Ok(Self {
             setup,
             dials,
@@ -102,6 +104,7 @@ impl Stage {
             reel: None,
             shelf: None,
             driven: None,
+            goal: None,
             audience: None,
         })
     }
@@ -140,6 +143,7 @@ impl Stage {
             reel: Some(reel),
             shelf: None,
             driven: None,
+            goal: None,
             audience: None,
         })
     }
@@ -201,7 +205,7 @@ impl Stage {
         self.shelf.is_some()
     }
 
-    /// Begins a demonstration: the world grows anew, and a person drives from its first frame.
+    /// Begins a demonstration: the world grows anew, and a person drives from its first frame. A task with a goal takes the first tree that has one.
     ///
     /// # Errors
     /// A sentence that says why none can be kept: no shelf, a recording, another tree than 0, or a seed that the shelf does not take.
@@ -215,10 +219,11 @@ impl Stage {
         if self.dials.index != 0 {
             return Err("demonstrations are of tree 0 of a seed; take another seed".to_owned());
         }
-        shelf.check(&self.scenario, self.dials.seed)?;
-        (self.session, self.canopy) = grow(&self.scenario, &self.dials)?;
+        let Start { index, goal } = shelf.start(&self.scenario, self.dials.seed)?;
+        let dials = Dials { index, ..self.dials.clone() };
+        (self.session, self.canopy) = grow(&self.scenario, &dials, goal.as_ref())?;
         self.session.take_over();
-        self.driven = Some(Vec::new());
+        (self.driven, self.goal) = (Some(Vec::new()), goal);
         self.tell_audience();
         Ok(())
     }
@@ -239,6 +244,11 @@ impl Stage {
     /// Frames of the demonstration under way; none without one.
     pub fn demonstrated_frames(&self) -> Option<usize> {
         self.driven.as_ref().map(Vec::len)
+    }
+
+    /// Goal of the task that is demonstrated in this world; none for the harvest.
+    pub fn goal(&self) -> Option<&Goal> {
+        self.goal.as_ref()
     }
 
     /// Frames of the recording on show; `None` for a live world.
@@ -276,8 +286,9 @@ impl Stage {
             dials.driver = self.scenario.names().controller.clone();
         }
         let scenario = resolve(&self.setup, &dials).map_err(told)?;
-        (self.session, self.canopy) = grow(&scenario, &dials)?;
-        (self.scenario, self.dials, self.reel, self.driven) = (scenario, dials, None, None);
+        (self.session, self.canopy) = grow(&scenario, &dials, None)?;
+        (self.scenario, self.dials, self.reel) = (scenario, dials, None);
+        (self.driven, self.goal) = (None, None);
         self.tell_audience();
         Ok(())
     }
@@ -299,7 +310,7 @@ impl Stage {
             return Ok(());
         }
         let scenario = resolve(&self.setup, &dials).map_err(told)?;
-        self.session.drive_by(make(&scenario, &dials.driver)?);
+        self.session.drive_by(make(&scenario, &dials.driver, self.goal.as_ref())?);
         (self.scenario, self.dials) = (scenario, dials);
         Ok(())
     }
@@ -411,9 +422,9 @@ fn in_wind(spec: &Spec) -> Result<Spec, ScenarioError> {
     Changes { world, ..Changes::default() }.of_world(spec, "the dial wind")
 }
 
-fn grow(scenario: &Scenario, dials: &Dials) -> Result<(Session, Canopy), String> {
+fn grow(scenario: &Scenario, dials: &Dials, goal: Option<&Goal>) -> Result<(Session, Canopy), String> {
     let (seed, index) = (dials.seed, dials.index);
-    let make = make(scenario, &dials.driver)?;
+    let make = make(scenario, &dials.driver, goal)?;
     let world = scenario.world(seed, index, 0).map_err(|e| no_world(seed, index, &e))?;
     let canopy = canopy(scenario, &world)?;
     Ok((Session::new(world, make), canopy))
@@ -429,16 +440,25 @@ fn no_world(seed: u64, index: u32, e: &WorldError) -> String {
     format!("tree {index} of seed {seed} cannot be built: {e}")
 }
 
-/// Makes controllers of a scenario; none for [`NOBODY`].
-fn make(scenario: &Scenario, driver: &str) -> Result<Option<Make>, String> {
+/// Makes controllers of a scenario, with a task's goal if there is one; none for [`NOBODY`].
+fn make(scenario: &Scenario, driver: &str, goal: Option<&Goal>) -> Result<Option<Make>, String> {
     if driver == NOBODY {
         return Ok(None);
+    }
+    let scenario = scenario.clone();
+    if let Some(goal) = goal.copied() {
+        if !scenario.controller_kind().takes_goals() {
+            return Err(format!(
+                "controller {driver}: it takes no goals, which the task has; choose another, or {NOBODY}"
+            ));
+        }
+        let made = move || scenario.controller_with_goal(&goal).unwrap_or_else(|| scenario.controller());
+        return Ok(Some(Box::new(made)));
     }
     if scenario.controller_kind().needs_goal() {
         let problem = "it needs a goal, which only the tasks reach-and-grasp and gentle give";
         return Err(format!("controller {driver}: {problem}"));
     }
-    let scenario = scenario.clone();
     Ok(Some(Box::new(move || -> Box<dyn Controller> { scenario.controller() })))
 }
 

@@ -7,15 +7,19 @@ use std::sync::atomic::AtomicBool;
 use orchard_bench::store::Store;
 use orchard_demos::{Table, verify};
 use orchard_env::{Settings, Task, TaskEnv};
-use orchard_play::Wish;
+use orchard_play::{Marks, Wish, mark_goal};
 use orchard_scenario::Options;
 use orchard_view::{DemoFolder, Dials, PERSON, Setup, Stage};
 
 fn stage(seed: u64, folder: &Path) -> Stage {
+    stage_of(Task::Harvest, seed, folder)
+}
+
+fn stage_of(task: Task, seed: u64, folder: &Path) -> Stage {
     let options = Some(Options::of(&[("controller", "expert")]).unwrap());
     let controllers = orchard_scenario::controllers();
     let mut stage = Stage::new(Setup { options, controllers, seed, index: 0 }).unwrap();
-    let settings = Settings::of(Task::Harvest);
+    let settings = Settings::of(task);
     let spaces = settings.spaces.observing(&["state", "depth"]).unwrap();
     let store = Store::open(folder).unwrap();
     stage.keep_on(Box::new(DemoFolder::new(store, Settings { spaces, ..settings })));
@@ -65,6 +69,34 @@ fn what_is_driven_is_kept_as_a_demonstration() {
     let there = world.handle().x_world_base(world.data()).translation.vector;
     let apart = there.iter().zip(base).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(apart < 0.01, "{apart} m");
+}
+
+/// A task with a goal is demonstrated like the harvest: the goal is marked, a controller that takes over in the middle is given it, and the episode ends
+/// with the task.
+#[test]
+fn tasks_with_goals_are_demonstrated() {
+    for task in [Task::Reach, Task::Gentle] {
+        let folder = tempfile::tempdir().unwrap();
+        let mut stage = stage_of(task, 1, folder.path());
+        assert!(stage.goal().is_none());
+        stage.begin_demonstration().unwrap();
+        let goal = *stage.goal().unwrap();
+        let mut marks = Marks::default();
+        mark_goal(&mut marks, stage.session().world(), &goal);
+        assert!(marks.instances().iter().any(|list| !list.is_empty()));
+        (0..12).for_each(|_| assert!(stage.step()));
+        stage.session_mut().give_back();
+        (0..1500).for_each(|_| assert!(stage.step()));
+        let sentence = stage.end_demonstration().unwrap();
+        assert!(sentence.ends_with(" s, success"), "{sentence}");
+        let never = AtomicBool::new(false);
+        let verdict = verify(folder.path(), &orchard_scenario::controllers(), 1, &never, &|| ()).unwrap();
+        assert_eq!((verdict.episodes, verdict.problems), (1, vec![]));
+        // Another tree has another goal, and a folder takes one task only.
+        stage.turn(Dials { seed: 2, ..stage.dials().clone() }).unwrap();
+        assert!(stage.goal().is_none());
+        assert!(stage_of(Task::Harvest, 2, folder.path()).begin_demonstration().is_err());
+    }
 }
 
 #[test]

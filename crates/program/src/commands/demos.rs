@@ -89,11 +89,22 @@ enum Command {
     Verify(verify::Args),
 }
 
+/// A task by its short name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum TaskName {
+pub enum TaskName {
     Harvest,
     Reach,
     Gentle,
+}
+
+impl From<TaskName> for Task {
+    fn from(name: TaskName) -> Self {
+        match name {
+            TaskName::Harvest => Self::Harvest,
+            TaskName::Reach => Self::Reach,
+            TaskName::Gentle => Self::Gentle,
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -129,14 +140,15 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
 fn plan(args: &Args, episodes: u32, program: &Program) -> Result<Plan, Failure> {
     let bad = |e: &dyn std::fmt::Display| Failure::BadInput(e.to_string());
     let scenario = args.scenario.resolve_under(program, "expert")?;
-    let task = match args.task {
-        TaskName::Harvest => Task::Harvest,
-        TaskName::Reach => Task::Reach,
-        TaskName::Gentle => Task::Gentle,
-    };
     let hz = args.pixels_hz.unwrap_or(args.control_hz);
-    let settings =
-        observing(Settings::of(task), &args.obs, args.pixels_size, hz, &args.control, args.control_hz)?;
+    let settings = observing(
+        Settings::of(args.task.into()),
+        &args.obs,
+        args.pixels_size,
+        hz,
+        &args.control,
+        args.control_hz,
+    )?;
     let seeds = args.seeds.resolve(&Protocol::of_scenario(&scenario)?).map_err(Failure::BadInput)?;
     let via = if args.policy_actions { Via::Actions } else { Via::Commands };
     Plan::new(scenario, settings, via, seeds, episodes).map_err(|e| bad(&e))

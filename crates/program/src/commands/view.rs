@@ -59,7 +59,13 @@ pub struct Args {
     /// Draw a picture every second frame of the world, 30 a second, into a folder instead of opening a window
     #[arg(long, value_name = "DIR")]
     video: Option<PathBuf>,
-    /// Frames of the world for --screenshot and --video, 60 a second
+    /// Trees in rows: the scenario's, and the next ones of its seed, which stand still
+    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=400), conflicts_with_all = ["recording", "headless"])]
+    trees: u32,
+    /// Draw the pictures of --video without a window and without writing them, and tell their rate and costs
+    #[arg(long, conflicts_with_all = ["screenshot", "video", "headless", "demos"])]
+    measure: bool,
+    /// Frames of the world for --screenshot, --video and --measure, 60 a second
     #[arg(long, default_value_t = 60, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=36_000))]
     frames: u32,
 }
@@ -67,10 +73,13 @@ pub struct Args {
 /// Options of demonstrations that a person drives: their folder, their observations and actions.
 #[derive(clap::Args)]
 pub struct DemosArgs {
-    /// Folder for demonstrations of the harvest that you drive, in the form of `orchard demos`: new, or with demonstrations of the same scenario. B
+    /// Folder for demonstrations of a task that you drive, in the form of `orchard demos`: new, or with demonstrations of the same task and scenario. B
     /// begins one and keeps it; each seed has one, and official seeds are refused
     #[arg(long, value_name = "DIR", conflicts_with_all = ["recording", "index"])]
     demos: Option<PathBuf>,
+    /// Task of --demos: harvest, reach, gentle [default: harvest]
+    #[arg(long, value_name = "NAME", requires = "demos")]
+    task: Option<String>,
     /// Groups of observations of --demos: state, depth, pixels [default: state,depth]
     #[arg(long, value_name = "A,B,..", value_delimiter = ',', requires = "demos")]
     obs: Option<Vec<String>>,

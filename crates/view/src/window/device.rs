@@ -8,6 +8,9 @@ use super::ViewError;
 const BACKENDS: wgpu::Backends =
     wgpu::Backends::VULKAN.union(wgpu::Backends::METAL).union(wgpu::Backends::DX12);
 
+/// False: panels have no ramps of colour, and each of their pixels would take longer.
+pub const DITHERS: bool = false;
+
 /// How a window finds its device.
 pub fn configuration() -> WgpuConfiguration {
     let mut create = WgpuSetupCreateNew::without_display_handle();
@@ -23,7 +26,8 @@ pub fn without_window() -> Result<RenderState, ViewError> {
     let configuration = configuration();
     let state = async {
         let instance = configuration.wgpu_setup.new_instance().await;
-        RenderState::create(&configuration, &instance, None, RendererOptions::default()).await
+        let options = RendererOptions { dithering: DITHERS, ..RendererOptions::default() };
+        RenderState::create(&configuration, &instance, None, options).await
     };
     pollster::block_on(state).map_err(|e| ViewError::NoAdapter(one_line(&e.to_string())))
 }

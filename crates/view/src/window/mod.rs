@@ -1,16 +1,19 @@
 //! The window, and pictures of it without a screen.
 
 mod clock;
+mod detail;
 mod device;
 mod file;
 #[cfg(feature = "gamepad")]
 mod gamepad;
 mod keys;
+mod layer;
 mod layout;
 mod looks;
 mod offscreen;
 mod open;
 mod panels;
+mod pipelines;
 mod plots;
 mod pointer;
 mod renderer;

@@ -60,6 +60,12 @@ impl Offscreen {
         &self.state
     }
 
+    /// Name of the device and of its driver.
+    pub fn device(&self) -> String {
+        let info = self.state.adapter.get_info();
+        format!("{}, {} {}", info.name, info.driver, info.driver_info)
+    }
+
     /// Processor time of this thread for the latest picture, without the steps of the world. Where a driver in software draws, it does so on other threads.
     pub fn own_time(&self) -> Duration {
         self.own_time

@@ -5,7 +5,7 @@ use eframe::{CreationContext, Frame, NativeOptions};
 use orchard_play::Overlays;
 
 use super::ViewError;
-use super::device::{configuration, one_line};
+use super::device::{DITHERS, configuration, one_line};
 use super::layout;
 use super::viewer::Viewer;
 use crate::stage::Stage;
@@ -31,22 +31,25 @@ impl eframe::App for App {
     }
 }
 
-/// Opens a window of a size \[points\], and returns when it is closed.
+/// Opens a window of a size \[points\], with a number of trees, and returns when it is closed.
 ///
 /// # Errors
 /// There is no screen or no graphics device.
-pub fn open(stage: Stage, overlays: Overlays, size: [u32; 2]) -> Result<(), ViewError> {
+pub fn open(stage: Stage, overlays: Overlays, size: [u32; 2], trees: u32) -> Result<(), ViewError> {
     let [width, height] = size.map(|side| side as f32);
     let options = NativeOptions {
         viewport: ViewportBuilder::default().with_inner_size([width, height]).with_title("OrchardBench"),
         wgpu_options: configuration(),
+        dithering: DITHERS,
         ..NativeOptions::default()
     };
     let make = move |creation: &CreationContext<'_>| -> Result<Box<dyn eframe::App>, _> {
         let state = creation.wgpu_render_state.as_ref().ok_or("the window has no graphics device")?;
         super::looks::set(&creation.egui_ctx);
+        let mut viewer = Viewer::new(stage, overlays, state);
+        viewer.show_trees(trees)?;
         let app: Box<dyn eframe::App> = Box::new(App {
-            viewer: Viewer::new(stage, overlays, state),
+            viewer,
             #[cfg(feature = "gamepad")]
             gamepads: super::gamepad::Gamepads::find(),
         });

@@ -1,15 +1,17 @@
 //! Draws instances of small meshes into a texture.
 
-use std::borrow::Cow;
 use std::num::NonZeroU64;
 
 use bytemuck::{Pod, Zeroable};
 use eframe::egui_wgpu::RenderState;
 use orchard_geometry::Vec3;
-use orchard_play::{INSTANCE_FLOATS, MESH_FLOATS, Mesh};
-use wgpu::util::DeviceExt;
+use orchard_play::{Coarse, Drawing, Marks, Mesh};
 
+use super::detail::{Sight, Sorted};
+use super::layer::{Layer, Look};
+use super::pipelines::{DEPTH, FORMAT, Pipelines};
 use crate::orbit::Orbit;
+use crate::stand::Stand;
 
 /// Colour of the sky as sRGB, and direction to the sun: those of the page in a browser.
 pub const SKY: [f32; 3] = [0.875, 0.91, 0.933];
@@ -18,10 +20,6 @@ const SUN: [f64; 3] = [0.42, -0.35, 0.84];
 const SMOOTH: u32 = 4;
 /// Place of level ground in the meshes of a picture, which casts no shadow.
 const SQUARE: usize = 3;
-const FLOAT: u64 = size_of::<f32>() as u64;
-/// Format of the texture; sRGB values are written as they are, as egui does.
-const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
-const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
@@ -30,21 +28,19 @@ struct View {
     eye: [f32; 4],
     sun: [f32; 4],
     sky: [f32; 4],
+    ground: [f32; 4],
 }
 
-/// A list of meshes on the device, with their instances.
-struct Layer {
-    meshes: Vec<(wgpu::Buffer, u32)>,
-    instances: wgpu::Buffer,
-    counts: Vec<u32>,
-}
-
-/// Lists of instances of meshes, as they are drawn.
-pub struct Lists<'a> {
-    /// The meshes.
-    pub meshes: &'a [Mesh],
-    /// The instances of each.
-    pub instances: &'a [Vec<f32>],
+/// Everything that is drawn.
+pub struct Scene<'a> {
+    /// The world.
+    pub drawing: &'a Drawing,
+    /// Trees beside it that stand still, with their leaves or without.
+    pub stand: Option<&'a Stand>,
+    pub leaves: bool,
+    /// The marks.
+    pub mark_meshes: &'a [Mesh],
+    pub marks: &'a Marks,
 }
 
 /// Textures of a size.
@@ -62,33 +58,19 @@ pub struct Renderer {
     queue: wgpu::Queue,
     view: wgpu::Buffer,
     group: wgpu::BindGroup,
-    solid: wgpu::RenderPipeline,
-    shadow: wgpu::RenderPipeline,
-    marks: wgpu::RenderPipeline,
+    pipelines: Pipelines,
+    sorted: Sorted,
+    /// The world, but for instances that are small on the screen, which are in `coarse`; and all that casts a shadow of few triangles.
     world: Layer,
+    coarse: Layer,
+    shadows: Layer,
+    /// Trees that stand still, brought to the device once.
+    stand: Layer,
     over: Layer,
     target: Option<Target>,
     /// Samples a pixel.
     samples: u32,
     draw_calls: u32,
-}
-
-fn vertex_attributes() -> [wgpu::VertexAttribute; 4] {
-    [0, 1, 2, 3].map(|k| wgpu::VertexAttribute {
-        format: wgpu::VertexFormat::Float32x3,
-        offset: u64::from(k) * 3 * FLOAT,
-        shader_location: k,
-    })
-}
-
-fn instance_attributes() -> [wgpu::VertexAttribute; 5] {
-    use wgpu::VertexFormat::{Float32, Float32x3, Float32x4};
-    let formats = [(Float32x3, 0), (Float32x4, 3), (Float32x3, 7), (Float32x3, 10), (Float32, 13)];
-    let mut location = 3;
-    formats.map(|(format, first)| {
-        location += 1;
-        wgpu::VertexAttribute { format, offset: first * FLOAT, shader_location: location }
-    })
 }
 
 impl Renderer {
@@ -101,10 +83,6 @@ impl Renderer {
     pub fn new(state: &RenderState, is_smooth: bool) -> Self {
         let samples = if is_smooth { SMOOTH } else { 1 };
         let device = state.device.clone();
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("scene"),
-            source: wgpu::ShaderSource::Wgsl(Cow::Borrowed(include_str!("scene.wgsl"))),
-        });
         let view = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("view"),
             size: size_of::<View>() as u64,
@@ -129,30 +107,19 @@ impl Renderer {
             layout: &layout,
             entries: &[wgpu::BindGroupEntry { binding: 0, resource: view.as_entire_binding() }],
         });
-        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("scene"),
-            bind_group_layouts: &[Some(&layout)],
-            immediate_size: 0,
-        });
-        let make = |vertex: &str, fragment: &str, blends: bool| {
-            pipeline(&device, &module, &pipeline_layout, [vertex, fragment], blends, samples)
-        };
-        let solid = make("vertex", "fragment", false);
-        let shadow = make("shadow_vertex", "shadow_fragment", false);
-        let marks = make("vertex", "mark_fragment", true);
-        let layer =
-            || Layer { meshes: Vec::new(), instances: instance_buffer(&device, 1), counts: Vec::new() };
-        let (world, over) = (layer(), layer());
-        let queue = state.queue.clone();
+        let pipelines = Pipelines::new(&device, &layout, samples);
+        let [world, coarse, shadows, stand, over] = [(); 5].map(|()| Layer::new(&device));
         Self {
+            queue: state.queue.clone(),
             device,
-            queue,
             view,
             group,
-            solid,
-            shadow,
-            marks,
+            pipelines,
+            sorted: Sorted::default(),
             world,
+            coarse,
+            shadows,
+            stand,
             over,
             target: None,
             samples,
@@ -162,7 +129,12 @@ impl Renderer {
 
     /// Forgets the meshes of the world: another one follows.
     pub fn forget_world(&mut self) {
-        self.world.meshes.clear();
+        [&mut self.world, &mut self.coarse, &mut self.shadows].into_iter().for_each(Layer::forget);
+    }
+
+    /// Forgets the trees that stand still: others follow.
+    pub fn forget_stand(&mut self) {
+        self.stand.forget();
     }
 
     /// Draw calls of the latest picture.
@@ -170,22 +142,38 @@ impl Renderer {
         self.draw_calls
     }
 
+    /// Brings what a view sees to the device.
+    fn load(&mut self, size: [u32; 2], orbit: &Orbit, scene: &Scene<'_>) {
+        let Scene { drawing, marks, .. } = scene;
+        let (device, queue) = (&self.device, &self.queue);
+        let (instances, coarse) = (drawing.instances(), drawing.coarse());
+        let level = instances.get(SQUARE).is_some_and(|list| !list.is_empty());
+        let sight = Sight::new(orbit, size, &SUN.into());
+        self.sorted.sort(&sight, instances, coarse, level);
+        let fine = instances.iter().enumerate().map(|(mesh, list)| match coarse.get(mesh) {
+            Some(Some(_)) => &self.sorted.fine[mesh][..],
+            _ => &list[..],
+        });
+        self.world.load(device, queue, drawing.meshes(), &fine.collect::<Vec<_>>());
+        let none = Mesh::default();
+        let meshes = || coarse.iter().map(|coarse| coarse.as_ref().map_or(&none, |Coarse { mesh, .. }| mesh));
+        self.coarse.load(device, queue, meshes(), &slices(&self.sorted.coarse));
+        self.shadows.load(device, queue, meshes(), &slices(&self.sorted.shadows));
+        if let Some(stand) = scene.stand.filter(|_| self.stand.is_empty()) {
+            self.stand.load(device, queue, meshes(), &slices(stand.instances()));
+        }
+        self.over.load(device, queue, scene.mark_meshes, &slices(marks.instances()));
+    }
+
     /// Draws the world and its marks, and returns the texture; the second value is true if it is another one than last time.
-    pub fn draw(
-        &mut self,
-        size: [u32; 2],
-        orbit: &Orbit,
-        world: &Lists<'_>,
-        marks: &Lists<'_>,
-    ) -> (&wgpu::TextureView, bool) {
+    pub fn draw(&mut self, size: [u32; 2], orbit: &Orbit, scene: &Scene<'_>) -> (&wgpu::TextureView, bool) {
         let size = size.map(|pixels| pixels.max(1));
         let is_new = self.target.as_ref().is_none_or(|target| target.size != size);
         if is_new {
             self.target = Some(Target::new(&self.device, size, self.samples));
         }
-        self.write_view(orbit, f64::from(size[0]) / f64::from(size[1]));
-        self.world.load(&self.device, &self.queue, world);
-        self.over.load(&self.device, &self.queue, marks);
+        self.write_view(orbit, f64::from(size[0]) / f64::from(size[1]), scene.drawing.extent());
+        self.load(size, orbit, scene);
         let Some(target) = &self.target else { unreachable!("it was made above") };
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
@@ -219,129 +207,45 @@ impl Renderer {
             ..Default::default()
         });
         pass.set_bind_group(0, &self.group, &[]);
-        // Shadows on terrain would need another way.
-        let level = self.world.counts.get(SQUARE).is_some_and(|count| *count > 0);
-        pass.set_pipeline(&self.solid);
-        self.draw_calls = self.world.draw(&mut pass, |_| true);
-        if level {
-            pass.set_pipeline(&self.shadow);
-            self.draw_calls += self.world.draw(&mut pass, |mesh| mesh != SQUARE);
+        let pipelines = &self.pipelines;
+        // The ground comes last: most of it lies behind something, and what is hidden is not lit. Shadows on terrain would need another way.
+        self.draw_calls =
+            self.world.draw(&mut pass, |mesh, look| (mesh != SQUARE).then(|| pipelines.solid(look)));
+        self.draw_calls += self.coarse.draw(&mut pass, |_, look| Some(pipelines.solid(look)));
+        let stands = |look| scene.leaves || look != Look::Open;
+        self.draw_calls += self.stand.draw(&mut pass, |_, look| stands(look).then(|| pipelines.solid(look)));
+        if self.world.count(SQUARE) > 0 {
+            let coarse = scene.drawing.coarse();
+            let casts = |mesh: usize| mesh != SQUARE && coarse.get(mesh).is_none_or(Option::is_none);
+            self.draw_calls +=
+                self.world.draw(&mut pass, |mesh, look| casts(mesh).then(|| pipelines.shadow(look)));
+            self.draw_calls += self.shadows.draw(&mut pass, |_, look| Some(pipelines.shadow(look)));
+            self.draw_calls +=
+                self.stand.draw(&mut pass, |_, look| stands(look).then(|| pipelines.shadow(look)));
+            self.draw_calls +=
+                self.world.draw(&mut pass, |mesh, _| (mesh == SQUARE).then(|| pipelines.level()));
         }
-        pass.set_pipeline(&self.marks);
-        self.draw_calls += self.over.draw(&mut pass, |_| true);
+        self.draw_calls += self.over.draw(&mut pass, |_, _| Some(&pipelines.marks));
         drop(pass);
         self.queue.submit([encoder.finish()]);
         (&target.shown, is_new)
     }
 
-    fn write_view(&self, orbit: &Orbit, aspect: f64) {
+    fn write_view(&self, orbit: &Orbit, aspect: f64, extent: f64) {
         let of = |v: &Vec3| [v.x as f32, v.y as f32, v.z as f32, 0.0];
         let view = View {
             clip_world: orbit.clip_world(aspect),
             eye: of(&orbit.eye()),
             sun: of(&Vec3::from(SUN).normalize()),
             sky: [SKY[0], SKY[1], SKY[2], 1.0],
+            ground: [extent as f32; 4],
         };
         self.queue.write_buffer(&self.view, 0, bytemuck::bytes_of(&view));
     }
 }
 
-fn pipeline(
-    device: &wgpu::Device,
-    module: &wgpu::ShaderModule,
-    layout: &wgpu::PipelineLayout,
-    [vertex, fragment]: [&str; 2],
-    blends: bool,
-    samples: u32,
-) -> wgpu::RenderPipeline {
-    let (of_vertex, of_instance) = (vertex_attributes(), instance_attributes());
-    let buffer = |floats: usize, step_mode, attributes| {
-        Some(wgpu::VertexBufferLayout { array_stride: floats as u64 * FLOAT, step_mode, attributes })
-    };
-    let buffers = [
-        buffer(MESH_FLOATS, wgpu::VertexStepMode::Vertex, &of_vertex[..]),
-        buffer(INSTANCE_FLOATS, wgpu::VertexStepMode::Instance, &of_instance[..]),
-    ];
-    let blend = blends.then_some(wgpu::BlendState::ALPHA_BLENDING);
-    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some(fragment),
-        layout: Some(layout),
-        vertex: wgpu::VertexState {
-            module,
-            entry_point: Some(vertex),
-            compilation_options: Default::default(),
-            buffers: &buffers,
-        },
-        primitive: Default::default(),
-        depth_stencil: Some(wgpu::DepthStencilState {
-            format: DEPTH,
-            depth_write_enabled: Some(!blends),
-            depth_compare: Some(wgpu::CompareFunction::Less),
-            stencil: Default::default(),
-            bias: Default::default(),
-        }),
-        multisample: wgpu::MultisampleState { count: samples, ..Default::default() },
-        fragment: Some(wgpu::FragmentState {
-            module,
-            entry_point: Some(fragment),
-            compilation_options: Default::default(),
-            targets: &[Some(wgpu::ColorTargetState {
-                format: FORMAT,
-                blend,
-                write_mask: wgpu::ColorWrites::ALL,
-            })],
-        }),
-        multiview_mask: None,
-        cache: None,
-    })
-}
-
-fn instance_buffer(device: &wgpu::Device, floats: usize) -> wgpu::Buffer {
-    device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("instances"),
-        size: floats.max(1).next_power_of_two() as u64 * FLOAT,
-        usage: wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST,
-        mapped_at_creation: false,
-    })
-}
-
-impl Layer {
-    /// Brings meshes that are not there yet and all instances to the device.
-    fn load(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, lists: &Lists<'_>) {
-        for mesh in lists.meshes.iter().skip(self.meshes.len()) {
-            let buffer = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some("mesh"),
-                contents: bytemuck::cast_slice(&mesh.floats),
-                usage: wgpu::BufferUsages::VERTEX,
-            });
-            self.meshes.push((buffer, 3 * mesh.triangles() as u32));
-        }
-        let floats: usize = lists.instances.iter().map(Vec::len).sum();
-        if self.instances.size() < floats as u64 * FLOAT {
-            self.instances = instance_buffer(device, floats);
-        }
-        let mut offset = 0;
-        for list in lists.instances.iter().filter(|list| !list.is_empty()) {
-            queue.write_buffer(&self.instances, offset, bytemuck::cast_slice(list));
-            offset += list.len() as u64 * FLOAT;
-        }
-        self.counts = lists.instances.iter().map(|list| (list.len() / INSTANCE_FLOATS) as u32).collect();
-    }
-
-    /// Draws the instances of all meshes that are wanted; returns the number of draw calls.
-    fn draw(&self, pass: &mut wgpu::RenderPass<'_>, wanted: impl Fn(usize) -> bool) -> u32 {
-        let (mut offset, mut calls) = (0, 0);
-        for (mesh, (count, (buffer, vertices))) in self.counts.iter().zip(&self.meshes).enumerate() {
-            if *count > 0 && *vertices > 0 && wanted(mesh) {
-                pass.set_vertex_buffer(0, buffer.slice(..));
-                pass.set_vertex_buffer(1, self.instances.slice(offset..));
-                pass.draw(0..*vertices, 0..*count);
-                calls += 1;
-            }
-            offset += u64::from(*count) * INSTANCE_FLOATS as u64 * FLOAT;
-        }
-        calls
-    }
+fn slices(lists: &[Vec<f32>]) -> Vec<&[f32]> {
+    lists.iter().map(Vec::as_slice).collect()
 }
 
 impl Target {

@@ -5,6 +5,8 @@ struct View {
     eye: vec4<f32>,
     sun: vec4<f32>,
     sky: vec4<f32>,
+    // Half the side of the ground.
+    ground: vec4<f32>,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -51,25 +53,75 @@ fn shadow_vertex(v: Vertex) -> @builtin(position) vec4<f32> {
     return view.clip_world * vec4<f32>(down, 0.003, 1.0);
 }
 
+fn light(n: vec3<f32>) -> f32 {
+    return 0.62 + 0.18 * n.z + 0.42 * max(dot(n, view.sun.xyz), 0.0);
+}
+
+fn towards(n: vec3<f32>, to_eye: vec3<f32>) -> vec3<f32> {
+    return select(n, -n, dot(n, to_eye) < 0.0);
+}
+
 fn lit(s: Shown) -> vec3<f32> {
-    let to_eye = view.eye.xyz - s.at;
     let flat_normal = cross(dpdx(s.at), dpdy(s.at));
-    var n = select(flat_normal, s.up, dot(s.up, s.up) > 0.0);
-    n = n / max(length(n), 1e-12);
-    n = select(n, -n, dot(n, to_eye) < 0.0);
-    let light = 0.62 + 0.18 * n.z + 0.42 * max(dot(n, view.sun.xyz), 0.0);
-    return s.tint * light;
+    let n = select(flat_normal, s.up, dot(s.up, s.up) > 0.0);
+    return s.tint * light(towards(n / max(length(n), 1e-12), view.eye.xyz - s.at));
+}
+
+// Meshes with normals are lit by the corner, which costs less than by the pixel.
+struct Lit {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) colour: vec3<f32>,
+}
+
+@vertex
+fn closed_vertex(v: Vertex) -> Lit {
+    return Lit(view.clip_world * vec4<f32>(placed(v), 1.0), v.colour * light(turned(v.turn, v.normal)));
+}
+
+// Both sides are seen.
+@vertex
+fn open_vertex(v: Vertex) -> Lit {
+    let at = placed(v);
+    let n = towards(turned(v.turn, v.normal), view.eye.xyz - at);
+    return Lit(view.clip_world * vec4<f32>(at, 1.0), v.colour * light(n));
+}
+
+@fragment
+fn lit_fragment(s: Lit) -> @location(0) vec4<f32> {
+    return vec4<f32>(s.colour, 1.0);
+}
+
+// Ground with lines a metre apart, which fades into the sky.
+fn ground(lit: vec3<f32>, at: vec2<f32>) -> vec4<f32> {
+    let cell = abs(fract(at - 0.5) - 0.5) / max(fwidth(at), vec2<f32>(1e-9, 1e-9));
+    let line = mix(0.9, 1.0, clamp(min(cell.x, cell.y), 0.0, 1.0));
+    let far = smoothstep(0.33 * view.ground.x, 0.96 * view.ground.x, length(at));
+    return vec4<f32>(mix(lit * line, view.sky.xyz, far), 1.0);
 }
 
 @fragment
 fn fragment(s: Shown) -> @location(0) vec4<f32> {
     let is_ground = s.kind > 0.5;
-    // Lines a metre apart.
-    let cell = abs(fract(s.at.xy - 0.5) - 0.5) / max(fwidth(s.at.xy), vec2<f32>(1e-9, 1e-9));
-    let line = mix(0.9, 1.0, clamp(min(cell.x, cell.y), 0.0, 1.0));
-    let shown = lit(s) * select(1.0, line, is_ground);
-    let far = select(0.0, smoothstep(4.0, 11.5, length(s.at.xy)), is_ground);
-    return vec4<f32>(mix(shown, view.sky.xyz, far), 1.0);
+    let shown = lit(s);
+    let on_ground = ground(shown, s.at.xy);
+    return select(vec4<f32>(shown, 1.0), on_ground, is_ground);
+}
+
+struct Level {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) at: vec2<f32>,
+    @location(1) @interpolate(flat) colour: vec3<f32>,
+}
+
+@vertex
+fn level_vertex(v: Vertex) -> Level {
+    let at = placed(v);
+    return Level(view.clip_world * vec4<f32>(at, 1.0), at.xy, v.colour * light(v.normal));
+}
+
+@fragment
+fn level_fragment(s: Level) -> @location(0) vec4<f32> {
+    return ground(s.colour, s.at);
 }
 
 @fragment

@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use super::ViewError;
+use super::clock::program_time;
 use super::offscreen::Offscreen;
 use super::viewer::Viewer;
 
@@ -15,6 +16,8 @@ pub struct Tally {
     pub whole: Duration,
     /// Processor time of this thread for them, without the steps of the world.
     pub own: Duration,
+    /// Processor time of the whole program for them: where a driver in software draws, most of it is the driver's.
+    pub program: Duration,
     /// Time of the world's steps.
     pub stepping: Duration,
     /// Largest number of draw calls of a picture.
@@ -28,10 +31,10 @@ impl Tally {
             time.as_secs_f64() * 1e3 / f64::from(self.pictures.max(1))
         });
         let rate = f64::from(self.pictures) / whole.max(f64::MIN_POSITIVE);
-        let (own, stepping, calls) = (each(self.own), each(self.stepping), self.draw_calls);
+        let (own, all, stepping) = (each(self.own), each(self.program), each(self.stepping));
         format!(
-            "{} pictures, {rate:.1} a second; of each, viewer {own:.1} ms of processor time, world {stepping:.1} ms; at most {calls} draw calls of the scene",
-            self.pictures
+            "{} pictures, {rate:.1} a second; of each, viewer {own:.1} ms of processor time, world {stepping:.1} ms, all threads {all:.1} ms of processor time; at most {} draw calls of the scene",
+            self.pictures, self.draw_calls
         )
     }
 }
@@ -54,11 +57,12 @@ pub fn video(
     screen.draw(viewer, 0.0, Vec::new());
     loop {
         let steps = left.min(every);
-        let start = Instant::now();
+        let (start, program) = (Instant::now(), program_time());
         viewer.owe(steps);
         screen.draw(viewer, f64::from(steps) * frame, Vec::new());
         screen.wait()?;
         tally.whole += start.elapsed();
+        tally.program += program_time().saturating_sub(program);
         tally.own += screen.own_time();
         tally.stepping += viewer.costs().stepping;
         tally.draw_calls = tally.draw_calls.max(viewer.costs().draw_calls);

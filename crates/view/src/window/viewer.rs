@@ -8,17 +8,19 @@ use eframe::egui::{self, Color32, Rect, Sense, TextureHandle, TextureId, Texture
 use eframe::egui_wgpu::RenderState;
 use orchard_geometry::{Image, Vec3};
 use orchard_play::{
-    Drawing, Marks, Mesh, Overlay, Overlays, Paint, Reach, Seen, Trace, Wish, WoodPaint, annotate, wrist,
+    Drawing, Marks, Mesh, Overlay, Overlays, Paint, Reach, Seen, Trace, Wish, WoodPaint, annotate,
+    goal_sentence, mark_goal, wrist,
 };
 
 use super::clock::thread_time;
 use super::file::{without_alpha, write_png};
 use super::keys::{self, Action};
-use super::renderer::{Lists, Renderer};
+use super::renderer::{Renderer, Scene};
 use crate::orbit::Orbit;
 use crate::pace::Pace;
 use crate::pad::{Pad, PadEvent};
 use crate::stage::{Dials, Stage};
+use crate::stand::Stand;
 
 /// Longest time that the world may take between two pictures; what is left then is dropped, and the world runs slower than asked.
 const STEPPING: Duration = Duration::from_millis(50);
@@ -78,6 +80,9 @@ pub struct Viewer {
     marks: Marks,
     mark_meshes: [Mesh; 3],
     renderer: Renderer,
+    /// Number of trees with those that stand still beside the world's, and those.
+    trees: u32,
+    stand: Option<Stand>,
     scene: Option<TextureId>,
     /// Depth along the view at which the pointer pulls \[m\].
     pub(super) pull_depth: Option<f64>,
@@ -118,6 +123,8 @@ impl Viewer {
             marks: Marks::default(),
             mark_meshes: Marks::meshes(),
             renderer: Renderer::new(state, Renderer::is_fast(state)),
+            trees: 1,
+            stand: None,
             scene: None,
             pull_depth: None,
             p_base,
@@ -132,6 +139,25 @@ impl Viewer {
     /// Draws smooth edges from now on, however long that takes. A device in software draws none otherwise.
     pub fn smooth(&mut self, state: &RenderState) {
         self.renderer = Renderer::new(state, true);
+    }
+
+    /// Shows so many trees in rows from now on: the world's, and the next of its seed, which stand still.
+    ///
+    /// # Errors
+    /// A tree that cannot be grown; the message names it.
+    pub fn show_trees(&mut self, trees: u32) -> Result<(), String> {
+        self.trees = trees;
+        self.grow_stand()
+    }
+
+    fn grow_stand(&mut self) -> Result<(), String> {
+        let Dials { seed, index, .. } = *self.stage.dials();
+        let grown = (self.trees > 1).then(|| Stand::grow(self.stage.scenario(), seed, index, self.trees));
+        self.stand = None;
+        let told = grown.transpose().map(|stand| self.stand = stand);
+        self.renderer.forget_stand();
+        self.begin();
+        told
     }
 
     /// The stage.
@@ -185,20 +211,18 @@ impl Viewer {
                 self.act(ui, keys::of_pad(action));
             }
         }
-        if ui.ctx().egui_wants_keyboard_input() {
-            let wish = Wish { closes: self.closes, ..Wish::default() };
-            self.stage.session_mut().wish(self.pad.over(wish));
+        let (actions, wish, view) = if ui.ctx().egui_wants_keyboard_input() {
+            Default::default()
         } else {
-            let (actions, wish, view) =
-                ui.input(|input| (keys::actions(input), keys::wish(input), keys::view(input)));
-            actions.into_iter().for_each(|action| self.act(ui, action));
-            let wish = Wish { closes: self.closes, ..wish };
-            self.stage.session_mut().wish(self.pad.over(wish));
-            let by_key = TURN[1] * self.elapsed;
-            if view != [0.0; 3] {
-                self.orbit.turn(-view[0] * by_key, view[1] * by_key);
-                self.orbit.zoom(orchard_geometry::math::exp(view[2] * ZOOM[1] * self.elapsed));
-            }
+            ui.input(|input| (keys::actions(input), keys::wish(input), keys::view(input)))
+        };
+        actions.into_iter().for_each(|action| self.act(ui, action));
+        let wish = Wish { closes: self.closes, ..wish };
+        self.stage.session_mut().wish(self.pad.over(wish));
+        let by_key = TURN[1] * self.elapsed;
+        if view != [0.0; 3] {
+            self.orbit.turn(-view[0] * by_key, view[1] * by_key);
+            self.orbit.zoom(orchard_geometry::math::exp(view[2] * ZOOM[1] * self.elapsed));
         }
         if let Ok(answer) = self.answers.1.try_recv() {
             self.message = Some(answer);
@@ -312,6 +336,7 @@ impl Viewer {
         if self.message.is_none() {
             self.closes = false;
             self.begin();
+            self.message = self.stage.goal().map(|goal| goal_sentence(goal).to_owned());
         }
     }
 
@@ -330,7 +355,7 @@ impl Viewer {
         self.message = self.stage.turn(dials).err();
         self.dials = self.stage.dials().clone();
         if self.message.is_none() {
-            self.begin();
+            self.message = self.grow_stand().err();
             if moved {
                 self.orbit = first_view(&self.stage);
             }
@@ -346,6 +371,9 @@ impl Viewer {
     /// Another world, or the same from another moment.
     fn begin(&mut self) {
         self.drawing = self.stage.session().drawing();
+        if let Some(stand) = &self.stand {
+            self.drawing.set_extent(stand.extent());
+        }
         self.renderer.forget_world();
         self.trace.clear();
         (self.seen_frame, self.seen, self.depth, self.colour) = (None, Vec::new(), None, None);
@@ -396,15 +424,24 @@ impl Viewer {
         let session = self.stage.session();
         session.draw(&mut self.drawing, &paint);
         annotate(&mut self.marks, session, &self.overlays, &self.seen);
+        if let Some(goal) = self.stage.goal() {
+            mark_goal(&mut self.marks, session.world(), goal);
+        }
         if self.overlays.has(Overlay::Zones) {
             self.stage.canopy().mark(&mut self.marks, session.world());
         }
         let pixels = ui.ctx().pixels_per_point();
         let size = [rect.width() * pixels, rect.height() * pixels].map(|side| side.round() as u32);
-        let world = Lists { meshes: self.drawing.meshes(), instances: self.drawing.instances() };
-        let marks = Lists { meshes: &self.mark_meshes, instances: self.marks.instances() };
-        let (view, is_new) = self.renderer.draw(size, &self.orbit, &world, &marks);
-        let (device, filter) = (&state.device, wgpu::FilterMode::Linear);
+        let scene = Scene {
+            drawing: &self.drawing,
+            stand: self.stand.as_ref(),
+            leaves: paint.leaves,
+            mark_meshes: &self.mark_meshes,
+            marks: &self.marks,
+        };
+        let (view, is_new) = self.renderer.draw(size, &self.orbit, &scene);
+        // It has the pixels of the window.
+        let (device, filter) = (&state.device, wgpu::FilterMode::Nearest);
         let id = match self.scene {
             Some(id) if is_new => {
                 state.renderer.write().update_egui_texture_from_wgpu_texture(device, view, filter, id);

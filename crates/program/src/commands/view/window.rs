@@ -34,7 +34,8 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     match (&args.screenshot, &args.video) {
         (Some(file), _) => screenshot(args, stage, overlays, file),
         (None, Some(folder)) => video(args, stage, overlays, folder),
-        (None, None) => window::open(stage, overlays, args.size).map_err(refused),
+        (None, None) if args.measure => pictures(args, stage, overlays, |_, _| Ok(())),
+        (None, None) => window::open(stage, overlays, args.size, args.trees).map_err(refused),
     }
 }
 
@@ -63,20 +64,25 @@ fn recorded(file: &Path, args: &Args, program: &Program) -> Result<Stage, Failur
 /// Lets a stage keep demonstrations, if a folder is given, which is locked until the guard is dropped.
 #[cfg(feature = "demos")]
 fn shelved(args: &Args, stage: &mut Stage) -> Result<Option<impl Sized + use<>>, Failure> {
+    use crate::commands::demos::TaskName;
     use orchard_view::Shelf as _;
     let given = &args.demos;
     let Some(folder) = &given.demos else { return Ok(None) };
     let obs = given.obs.clone().unwrap_or_else(|| vec!["state".to_owned(), "depth".to_owned()]);
     let (size, hz) = (given.pixels_size.unwrap_or(128), given.control_hz.unwrap_or(10));
     let control = given.control.as_deref().unwrap_or("joint_delta");
-    let settings = orchard_env::Settings::of(orchard_env::Task::Harvest);
+    let name = given.task.as_deref().unwrap_or("harvest");
+    let task = <TaskName as clap::ValueEnum>::from_str(name, false);
+    let task =
+        task.map_err(|_| Failure::BadInput(format!("--task {name}: the tasks are harvest, reach, gentle")))?;
+    let settings = orchard_env::Settings::of(task.into());
     let settings = crate::commands::demos::observing(settings, &obs, size, hz, control, hz)?;
     let (store, lock) = crate::out_folder::open_folder("--demos", folder)?;
     let shelf = orchard_view::DemoFolder::new(store, settings);
     let seed = stage.dials().seed;
     let at = |e: String| Failure::BadInput(format!("--demos {}: {e}", folder.display()));
     // A folder of other demonstrations, or a seed that it cannot take, is told before anybody drives.
-    shelf.check(stage.scenario(), seed).map_err(at)?;
+    shelf.start(stage.scenario(), seed).map_err(at)?;
     stage.keep_on(Box::new(shelf));
     Ok(Some(lock))
 }
@@ -135,7 +141,7 @@ fn recorded(_: &Path, _: &Args, _: &Program) -> Result<Stage, Failure> {
 
 fn screenshot(args: &Args, stage: Stage, overlays: Overlays, file: &Path) -> Result<(), Failure> {
     let mut screen = Offscreen::new(args.size).map_err(refused)?;
-    let mut viewer = Viewer::new(stage, overlays, screen.state());
+    let mut viewer = viewer(args, stage, overlays, &screen)?;
     viewer.smooth(screen.state());
     let every = args.frames.max(1);
     window::video(&mut screen, &mut viewer, args.frames, every, |_, screen| {
@@ -146,13 +152,30 @@ fn screenshot(args: &Args, stage: Stage, overlays: Overlays, file: &Path) -> Res
 }
 
 fn video(args: &Args, stage: Stage, overlays: Overlays, folder: &Path) -> Result<(), Failure> {
-    let mut screen = Offscreen::new(args.size).map_err(refused)?;
     let folder = Store::open(folder).map_err(|e| Failure::of_file(&e))?;
-    let mut viewer = Viewer::new(stage, overlays, screen.state());
-    let tally = window::video(&mut screen, &mut viewer, args.frames, EVERY, |number, screen| {
+    pictures(args, stage, overlays, |number, screen| {
         let file = folder.path().join(format!("frame-{number:06}.png"));
         window::write_png_fast(&file, &screen.picture()?)
-    });
+    })
+}
+
+fn viewer(args: &Args, stage: Stage, overlays: Overlays, screen: &Offscreen) -> Result<Viewer, Failure> {
+    let mut viewer = Viewer::new(stage, overlays, screen.state());
+    viewer.show_trees(args.trees).map_err(|e| Failure::BadInput(format!("--trees {}: {e}", args.trees)))?;
+    Ok(viewer)
+}
+
+/// Draws pictures, 30 a second of the world's time, gives each to `take`, and tells their costs.
+fn pictures(
+    args: &Args,
+    stage: Stage,
+    overlays: Overlays,
+    take: impl FnMut(u32, &Offscreen) -> Result<(), ViewError>,
+) -> Result<(), Failure> {
+    let mut screen = Offscreen::new(args.size).map_err(refused)?;
+    say!("device: {}", screen.device());
+    let mut viewer = viewer(args, stage, overlays, &screen)?;
+    let tally = window::video(&mut screen, &mut viewer, args.frames, EVERY, take);
     say!("{}", tally.map_err(refused)?.line());
     Ok(())
 }
