@@ -27,7 +27,8 @@ impl Stand {
             .enumerate()
             .skip(1)
             .map(|(number, place)| {
-                let index = index + number as u32;
+                let index = index.checked_add(number as u32);
+                let index = index.ok_or_else(|| format!("seed {seed} has no tree after {}", u32::MAX))?;
                 let world = scenario.world(seed, index, 0);
                 let world = world.map_err(|e| format!("tree {index} of seed {seed} cannot be built: {e}"))?;
                 let mut drawing = Drawing::new(&world, &rules.ground);

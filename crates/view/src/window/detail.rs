@@ -1,4 +1,4 @@
-//! What a view sees of instances: those outside it are left out, and small ones take coarser meshes.
+//! Sorting of instances before they are drawn: those outside the view are left out, and small ones take coarser meshes.
 
 use orchard_geometry::Vec3;
 use orchard_play::{Coarse, INSTANCE_FLOATS};
@@ -99,7 +99,7 @@ mod tests {
         place.chain([0.0, 0.0, 0.0, 1.0, size, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0]).collect()
     }
 
-    /// What is in the picture is kept, once, by its size; what is beside, above or behind is left out, but for its shadow.
+    /// An instance in the picture is drawn once, with the mesh of its size. One beside, above or behind the picture is not drawn, but its shadow is if that lies in the picture.
     #[test]
     fn instances_are_sorted_by_what_is_seen() {
         let (orbit, size, sun) = (Orbit::beside(&Vec3::new(-1.8, 0.4, 0.0), 2.4), [640, 480], Vec3::z());
