@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use orchard_bench::store::write_bytes;
 use orchard_digitised::mtg;
 use orchard_program::{Failure, Verdict};
-use orchard_spec::Spec;
+use orchard_spec::{Preset, Spec};
 use orchard_web::{Ask, Files, PolicyFiles, Tab, grow};
 use orchard_web_batch::{Asked, Stand};
 use serde::{Deserialize, Serialize};
@@ -32,8 +32,10 @@ pub struct Args {
 /// The policy whose frames are compared, in the folder of policies, and their number: it has looked three times by then.
 const POLICY: (&str, u32) = ("harvest-clone", 180);
 
-/// Number of frames of a batch that are compared, of its trees: a tile of the kernels with one to spare, so that there are two.
-const BATCH: (u32, u32) = (12, 33);
+/// Number of frames of a batch that are compared.
+const BATCH_FRAMES: u32 = 12;
+/// Trees of a batch: a tile of the kernels with one to spare, so that there are two; and of batches of other presets than the first.
+const BATCH_TREES: [u32; 2] = [33, 2];
 /// Largest error of a joint angle in a batch over the largest angle: the bound of `validate gpu`.
 const ANGLE: f64 = 5e-5;
 
@@ -57,7 +59,7 @@ struct Episode {
     seconds: f64,
     policy: PolicyEpisode,
     trees: [PathBuf; 2],
-    batch: BatchRun,
+    batches: Vec<BatchRun>,
 }
 
 /// Frames of a batch of trees, after which both sides have joint angles.
@@ -87,8 +89,8 @@ struct Found {
     digests: Vec<String>,
     /// The same of the policy's episode.
     policy_digests: Vec<String>,
-    /// Joint angles of the batch's trees \[rad\].
-    angles: Vec<Vec<f64>>,
+    /// Joint angles of each batch's trees \[rad\].
+    angles: Vec<Vec<Vec<f64>>>,
     /// Substeps of a tree per second of the batch that the page shows.
     batch_rate: f64,
     /// Wall time of the same episode without digests \[s\].
@@ -126,14 +128,10 @@ fn check(seconds: f64) -> Result<Verdict, Failure> {
     let (policy, policy_tab) = of_policy()?;
     let policy_frames = policy.frames;
     let trees = trees(&folder)?;
-    let (batch_frames, worlds) = BATCH;
-    let batch = BatchRun {
-        asked: Asked { worlds, ..Asked::default() },
-        frames: batch_frames,
-        trees: vec![0, 1, worlds as usize - 1],
-    };
-    let stepped = stepped(&batch)?;
-    let episode = Episode { ask, frames, seconds, policy, trees, batch };
+    let batches = batches();
+    let stepped = batches.iter().map(stepped).collect::<Result<Vec<_>, _>>()?;
+    let presets = batches.len();
+    let episode = Episode { ask, frames, seconds, policy, trees, batches };
     let (asked, found) = (folder.join("episode.json"), folder.join("found.json"));
     let text = serde_json::to_vec(&episode).map_err(|e| Failure::Failed(e.to_string()))?;
     write_bytes(&asked, &text).map_err(|e| Failure::Failed(e.to_string()))?;
@@ -145,14 +143,14 @@ fn check(seconds: f64) -> Result<Verdict, Failure> {
     let there = read(&found)?;
     compare(&here, &there.digests)?;
     compare(&by_policy, &there.policy_digests)?;
-    let error = angle_error(&stepped, &there.angles)?;
+    let error = angle_error(&stepped.concat(), &there.angles.concat())?;
     let [factor, first] = [seconds / there.seconds, there.first_picture];
     say!(
         "{frames} frames of the expert and {policy_frames} of {}: the same bits in the browser; {factor:.1} times real time, first picture after {first:.1} s, {weight}",
         POLICY.0
     );
     say!(
-        "{worlds} trees by WebGPU: joint angles after {batch_frames} frames within {error:.1e} of the largest; the page of many trees steps {:.0} substeps of a tree per second",
+        "trees of {presets} presets by WebGPU: joint angles after {BATCH_FRAMES} frames within {error:.1e} of the largest; the page of many trees steps {:.0} substeps of a tree per second",
         there.batch_rate
     );
     Ok(Verdict::Agreed)
@@ -190,6 +188,16 @@ fn trees(folder: &Path) -> Result<[PathBuf; 2], Failure> {
         write_bytes(&folder.join(name), text.as_bytes()).map_err(|e| Failure::Failed(e.to_string()))?;
     }
     Ok(files.map(|(name, _)| folder.join(name)))
+}
+
+/// A batch of every preset.
+fn batches() -> Vec<BatchRun> {
+    let of = |(number, preset): (usize, &Preset)| {
+        let worlds = BATCH_TREES[number.min(1)];
+        let asked = Asked { preset: preset.name().to_owned(), worlds, ..Asked::default() };
+        BatchRun { asked, frames: BATCH_FRAMES, trees: vec![0, 1, worlds as usize - 1] }
+    };
+    Preset::ALL.iter().enumerate().map(of).collect()
 }
 
 /// Joint angles of a batch's trees in f64 \[rad\].

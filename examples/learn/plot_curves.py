@@ -3,6 +3,7 @@
     pip install matplotlib
     python plot_curves.py curves/reach-*.jsonl --out reach.png
     python plot_curves.py curves/harvest-*.jsonl --out harvest.png
+    python plot_curves.py --wall curves/device-*.jsonl --out device.png
 """
 
 import argparse
@@ -25,6 +26,16 @@ def means(rows, name, rounds):
     total = ended * np.array([row[name] for row in rows])
     window = np.ones(rounds)
     return np.convolve(total, window, "valid") / np.convolve(ended, window, "valid"), total / ended
+
+
+def draw_wall(axes, curves, names):
+    for name, rows in zip(names, curves):
+        minutes = np.array([row["seconds"] for row in rows]) / 60
+        each, begins = np.array([row["success"] for row in rows]), [row["stage"] for row in rows].index("ppo")
+        line = axes.plot(minutes[:begins], each[:begins], ".:", alpha=0.4)[0]
+        axes.plot(minutes[begins:], each[begins:], "o-", color=line.get_color(), label=f"{name}: PPO")
+    axes.axhline(0.8, color="0.5", linestyle="--", linewidth=1)
+    axes.set(xlabel="minutes of training", ylabel="success in Reach-v1, with exploration", ylim=(0.5, 1.02))
 
 
 def draw_success(axes, curves):
@@ -51,14 +62,18 @@ def draw_harvest(axes, curves):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("curves", nargs="+", type=pathlib.Path)
+    parser.add_argument("--wall", action="store_true", help="over minutes instead of steps, dotted while the rule teaches")
     parser.add_argument("--out", required=True)
     args = parser.parse_args()
     curves = [[json.loads(line) for line in path.read_text().splitlines()] for path in args.curves]
     curves = [[row for row in rows if row.get("episodes")] for rows in curves]
     figure, axes = plt.subplots(figsize=(7.5, 4.2), layout="constrained")
     draw = draw_success if "success" in curves[0][0] else draw_harvest
-    draw(axes, curves)
-    axes.set_xlabel("steps of training, millions")
+    if args.wall:
+        draw_wall(axes, curves, [path.stem for path in args.curves])
+    else:
+        draw(axes, curves)
+        axes.set_xlabel("steps of training, millions")
     axes.legend(loc="lower right" if draw is draw_success else "upper left", ncols=1 if draw is draw_success else 3, fontsize="small")
     axes.grid(alpha=0.3)
     figure.savefig(args.out, dpi=110)

@@ -96,33 +96,32 @@ def layer(inputs, outputs, gain=math.sqrt(2)):
     return it
 
 
+def net(inputs, outputs, gain, width=512):
+    return nn.Sequential(
+        layer(inputs, width), nn.LayerNorm(width), nn.SiLU(), layer(width, width), nn.LayerNorm(width), nn.SiLU(),
+        layer(width, width), nn.SiLU(), layer(width, outputs, gain),
+    )
+
+
 class Agent(nn.Module):
-    """Actor and critic over the features."""
+    """Actor and critic over the features of these observations, made by `net` from numbers of inputs and outputs and a gain."""
 
-    def __init__(self, observation, actions, width=512):
+    def __init__(self, observation, actions, keys=KEYS, features=Features, net=net):
         super().__init__()
-        self.features = Features()
-        size = self.features(*(torch.zeros(1, *observation[key].shape) for key in KEYS)).shape[-1]
-
-        def net(outputs, gain):
-            return nn.Sequential(
-                layer(size, width), nn.LayerNorm(width), nn.SiLU(), layer(width, width), nn.LayerNorm(width), nn.SiLU(),
-                layer(width, width), nn.SiLU(), layer(width, outputs, gain),
-            )
-
-        self.actor, self.critic = net(actions, 0.01), net(1, 1.0)
+        self.features = features()
+        size = self.features(*(torch.zeros(1, *observation[key].shape) for key in keys)).shape[-1]
+        self.actor, self.critic = net(size, actions, 0.01), net(size, 1, 1.0)
         self.log_std = nn.Parameter(torch.full((actions,), -3.0))
 
     def mean(self, features):
         return self.actor(features)
 
-    def forward(self, agent_pos, agent_vel, forces, tool_pose, target):
-        return torch.clamp(self.actor(self.features(agent_pos, agent_vel, forces, tool_pose, target)), -1.0, 1.0)
+    def forward(self, *observation):
+        return torch.clamp(self.actor(self.features(*observation)), -1.0, 1.0)
 
 
-def make(envs, threads):
-    mode = gymnasium.vector.AutoresetMode.SAME_STEP
-    return gymnasium.make_vec(TASK, num_envs=envs, vectorization_mode="vector_entry_point", autoreset_mode=mode, threads=threads, **ENVIRONMENT)
+def make(envs, threads, mode=gymnasium.vector.AutoresetMode.SAME_STEP, environment=ENVIRONMENT):
+    return gymnasium.make_vec(TASK, num_envs=envs, vectorization_mode="vector_entry_point", autoreset_mode=mode, threads=threads, **environment)
 
 
 class Episodes:
@@ -142,14 +141,22 @@ class Episodes:
 
 
 class Trainer:
+    keys, environment = KEYS, ENVIRONMENT
+
+    def make_envs(self):
+        return make(self.args.envs, self.args.threads, environment=self.environment)
+
+    def make_agent(self, observation, actions):
+        return Agent(observation, actions)
+
     def __init__(self, args):
         self.args, self.device = args, torch.device("cuda" if torch.cuda.is_available() else "cpu")
         self.dir = pathlib.Path(args.out)
         self.dir.mkdir(parents=True, exist_ok=True)
         torch.manual_seed(args.seed)
         self.rng = np.random.default_rng(args.seed)
-        self.envs = make(args.envs, args.threads)
-        self.agent = Agent(self.envs.single_observation_space, self.envs.single_action_space.shape[0]).to(self.device)
+        self.envs = self.make_envs()
+        self.agent = self.make_agent(self.envs.single_observation_space, self.envs.single_action_space.shape[0]).to(self.device)
         self.teach = torch.optim.AdamW(self.agent.actor.parameters(), lr=1e-3, weight_decay=1e-4)
         self.ppo = torch.optim.Adam(self.agent.parameters(), lr=args.rate, eps=1e-5)
         self.steps, self.taught, self.resets, self.began = 0, 0, 0, time.time()
@@ -161,7 +168,7 @@ class Trainer:
         self.resets += 1
 
     def features(self, observation):
-        arrays = (torch.as_tensor(observation[key], device=self.device) for key in KEYS)
+        arrays = (torch.as_tensor(observation[key], device=self.device) for key in self.keys)
         with torch.no_grad():
             return self.agent.features(*arrays)
 
@@ -260,7 +267,7 @@ class Trainer:
                 ends.count(ended, info)
                 if truncated.any():
                     rest = truncated & ~terminated
-                    last = {key: np.stack([info["final_obs"][k][key] for k in np.flatnonzero(rest)]) for key in KEYS}
+                    last = {key: np.stack([info["final_obs"][k][key] for k in np.flatnonzero(rest)]) for key in self.keys}
                     with torch.no_grad():
                         more = self.agent.critic(self.features(last))[:, 0]
                     reward[torch.as_tensor(rest, device=self.device)] += args.gamma * more
@@ -316,10 +323,9 @@ def interval(done, count, z=1.96):
     return [(middle - half) / (1 + z * z / count), (middle + half) / (1 + z * z / count)]
 
 
-def evaluate(act, count, seed, threads=0):
+def evaluate(act, count, seed, threads=0, environment=ENVIRONMENT):
     """Share of the first `count` worlds of a seed in which a policy holds the fruit, and the damage that it does."""
-    mode = gymnasium.vector.AutoresetMode.DISABLED
-    envs = gymnasium.make_vec(TASK, num_envs=count, vectorization_mode="vector_entry_point", autoreset_mode=mode, threads=threads, **ENVIRONMENT)
+    envs = make(count, threads, gymnasium.vector.AutoresetMode.DISABLED, environment)
     observation, _ = envs.reset(seed=seed)
     over, done, cost = np.zeros(count, bool), np.zeros(count, bool), np.zeros(count)
     while not over.all():
@@ -337,21 +343,21 @@ def evaluate(act, count, seed, threads=0):
     return {"seed": seed, "worlds": count, "success": done.mean(), "interval": interval(done.sum(), count), "cost": cost.mean()}
 
 
-def export(agent, folder):
-    """Writes the policy and its spec, as `--controller onnx:FILE` takes them."""
-    agent = agent.cpu().eval()
-    envs = make(1, 1)
+def export(trainer, scripts):
+    """Writes the policy and its spec, which names the scripts, as `--controller onnx:FILE` takes them."""
+    agent, folder, keys = trainer.agent.cpu().eval(), trainer.dir, trainer.keys
+    envs = make(1, 1, environment=trainer.environment)
     space, interface = envs.single_observation_space, envs.unwrapped.interface
     envs.close()
-    arrays = tuple(torch.zeros(1, *space[key].shape) for key in KEYS)
-    torch.onnx.export(agent, arrays, folder / "policy.onnx", input_names=list(KEYS), output_names=["action"], dynamo=False)
-    files = [pathlib.Path(__file__), pathlib.Path(__file__).with_name("reach_rule.py")]
+    arrays = tuple(torch.zeros(1, *space[key].shape) for key in keys)
+    torch.onnx.export(agent, arrays, folder / "policy.onnx", input_names=list(keys), output_names=["action"], dynamo=False)
+    files = [pathlib.Path(__file__).with_name(name) for name in (*scripts, "reach_rule.py")]
     source = {file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in files}
     (folder / "policy.json").write_text(json.dumps({**interface, "trained_by": source}, indent=1))
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+def options(text):
+    parser = argparse.ArgumentParser(description=text, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", required=True)
     parser.add_argument("--envs", type=int, default=512)
@@ -370,15 +376,19 @@ def main():
     parser.add_argument("--minutes", type=float, default=0, help="stops after so many minutes; the same command goes on")
     parser.add_argument("--evaluate", type=int, default=0, metavar="WORLDS", help="tests the trained policy, and the rule, instead of training")
     parser.add_argument("--test-seed", type=int, default=VALIDATION_SEED)
-    args = parser.parse_args()
-    trainer = Trainer(args)
-    agent = trainer.agent
+    return parser
+
+
+def run(trainer, scripts=("ppo_reach.py",)):
+    """Trains, or tests what was trained, as the arguments of the trainer ask."""
+    args, agent = trainer.args, trainer.agent
     if args.evaluate:
         def act(observation):
             with torch.no_grad():
                 return torch.clamp(agent.mean(trainer.features(observation)), -1, 1).cpu().numpy()
 
-        result = {"policy": evaluate(act, args.evaluate, args.test_seed, args.threads), "rule": evaluate(rule, args.evaluate, args.test_seed, args.threads)}
+        tests = {"policy": act, "rule": rule}
+        result = {name: evaluate(test, args.evaluate, args.test_seed, args.threads, trainer.environment) for name, test in tests.items()}
         (trainer.dir / f"result-{args.test_seed}.json").write_text(json.dumps(result, indent=1))
         print(json.dumps(result))
         return
@@ -386,8 +396,8 @@ def main():
     trainer.save()
     trainer.reinforce()
     trainer.save()
-    export(agent, trainer.dir)
+    export(trainer, scripts)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run(Trainer(options(__doc__).parse_args())))

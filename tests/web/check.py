@@ -422,12 +422,14 @@ def narrow(browser, site, errors, folder, files):
 
 
 def batches(playwright, chromium, site, errors, folder, asked):
-    """The page of many trees at both sizes; returns joint angles of some trees, and how fast the page steps them. Without WebGPU it says so."""
+    """The page of many trees at both sizes; returns joint angles of some trees of each batch asked for, and how fast the page steps trees. Without WebGPU it says so."""
     browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox", *WEBGPU])
     visit = Visit(browser, site, SIZES["wide"], errors, "many trees")
     visit.page.goto(site + "batch.html?wait=")
     looks(visit)
-    angles = visit.page.evaluate("asked => window.anglesAfter(asked)", asked)
+    angles = [visit.page.evaluate("asked => window.anglesAfter(asked)", one) for one in asked]
+    offered = visit.page.locator("#preset option").all_inner_texts()
+    visit.demand(offered == [one["asked"]["preset"] for one in asked], f"offers the presets {offered}")
     visit.context.close()
     rate = 0
     for name, touch in [("wide", False), ("narrow", True)]:
@@ -528,7 +530,7 @@ def main():
         narrow(browser, site, errors, folder, asked["trees"])
         faults(browser, site, errors, folder, page)
         browser.close()
-        angles, rate = batches(playwright, chromium, site, errors, folder, asked["batch"])
+        angles, rate = batches(playwright, chromium, site, errors, folder, asked["batches"])
     Path(found).write_text(json.dumps({"digests": digests, "policy_digests": policy_digests, "angles": angles, "batch_rate": rate, "seconds": seconds, "first_picture": first}))
     for error in errors:
         print(error, file=sys.stderr)

@@ -211,6 +211,14 @@ mod tests {
     }
 
     #[test]
+    fn a_tree_of_every_preset_is_packed() {
+        for preset in Preset::ALL {
+            let mut stand = stand(&Asked { preset: preset.name().to_owned(), worlds: 1, ..Asked::default() });
+            assert_eq!(stand.packed().map(|packed| packed.len()), Ok(1), "{}", preset.name());
+        }
+    }
+
+    #[test]
     fn what_cannot_stand_is_named() {
         let refused = |asked: &Asked| Stand::new(asked).map(|_| ()).unwrap_err();
         let e = refused(&Asked { preset: "lemon".into(), ..Asked::default() });

@@ -1,5 +1,6 @@
 //! The window, and pictures of it without a screen.
 
+mod blit;
 mod clock;
 mod detail;
 mod device;

@@ -16,6 +16,12 @@ use super::viewer::Viewer;
 const ROW: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT;
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 
+/// Colour of the window before anything is drawn.
+fn behind() -> wgpu::Color {
+    let [r, g, b, a] = super::looks::BEHIND.to_normalized_gamma_f32().map(f64::from);
+    wgpu::Color { r, g, b, a }
+}
+
 /// Draws what a window would show into a picture.
 pub struct Offscreen {
     state: RenderState,
@@ -85,7 +91,7 @@ impl Offscreen {
             ..RawInput::default()
         };
         viewer.set_elapsed(elapsed);
-        let mut output = self.context.run_ui(input, |ui| layout::show(viewer, ui, &self.state));
+        let mut output = self.context.run_ui(input, |ui| layout::show(viewer, ui));
         let jobs = self.context.tessellate(output.shapes, output.pixels_per_point);
         let screen =
             ScreenDescriptor { size_in_pixels: self.size, pixels_per_point: output.pixels_per_point };
@@ -105,10 +111,7 @@ impl Offscreen {
                 view: &view,
                 depth_slice: None,
                 resolve_target: None,
-                ops: wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
-                    store: wgpu::StoreOp::Store,
-                },
+                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(behind()), store: wgpu::StoreOp::Store },
             })],
             ..Default::default()
         });

@@ -19,15 +19,18 @@ struct App {
 
 impl eframe::App for App {
     fn ui(&mut self, ui: &mut egui::Ui, frame: &mut Frame) {
-        let Some(state) = frame.wgpu_render_state() else { return };
         self.viewer.set_elapsed(f64::from(ui.input(|input| input.unstable_dt)));
         if let Some(time) = frame.info().cpu_usage {
             self.viewer.set_window_time(f64::from(time));
         }
         #[cfg(feature = "gamepad")]
         self.viewer.tell_pad(self.gamepads.events());
-        layout::show(&mut self.viewer, ui, state);
+        layout::show(&mut self.viewer, ui);
         ui.ctx().request_repaint();
+    }
+
+    fn clear_color(&self, _: &egui::Visuals) -> [f32; 4] {
+        super::looks::BEHIND.to_normalized_gamma_f32()
     }
 }
 

@@ -17,6 +17,7 @@ pub fn show(trace: &Trace, ui: &mut Ui, height: f32) {
             Plot::new(name.to_owned())
                 .width(width)
                 .height(height)
+                .show_background(false)
                 .legend(Legend::default().position(Corner::LeftTop))
                 .allow_drag(Vec2b::FALSE)
                 .allow_zoom(Vec2b::FALSE)

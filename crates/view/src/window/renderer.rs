@@ -7,6 +7,7 @@ use eframe::egui_wgpu::RenderState;
 use orchard_geometry::Vec3;
 use orchard_play::{Coarse, Drawing, Marks, Mesh};
 
+use super::blit::{Blit, Shown};
 use super::detail::{Sight, Sorted};
 use super::layer::{Layer, Look};
 use super::pipelines::{DEPTH, FORMAT, Pipelines};
@@ -46,10 +47,11 @@ pub struct Scene<'a> {
 /// Textures of a size.
 struct Target {
     size: [u32; 2],
-    /// Several samples a pixel; none where `shown` itself is drawn on.
+    /// Several samples a pixel; none where `picture` itself is drawn on.
     colour: Option<wgpu::TextureView>,
     depth: wgpu::TextureView,
-    shown: wgpu::TextureView,
+    picture: wgpu::TextureView,
+    shown: Shown,
 }
 
 /// Draws a world and its marks.
@@ -59,6 +61,7 @@ pub struct Renderer {
     view: wgpu::Buffer,
     group: wgpu::BindGroup,
     pipelines: Pipelines,
+    blit: Blit,
     sorted: Sorted,
     /// The world, but for instances that are small on the screen, which are in `coarse`; and all that casts a shadow of few triangles.
     world: Layer,
@@ -115,6 +118,7 @@ impl Renderer {
             view,
             group,
             pipelines,
+            blit: Blit::new(&state.device, state.target_format),
             sorted: Sorted::default(),
             world,
             coarse,
@@ -165,12 +169,11 @@ impl Renderer {
         self.over.load(device, queue, scene.mark_meshes, &slices(marks.instances()));
     }
 
-    /// Draws the world and its marks, and returns the texture; the second value is true if it is another one than last time.
-    pub fn draw(&mut self, size: [u32; 2], orbit: &Orbit, scene: &Scene<'_>) -> (&wgpu::TextureView, bool) {
+    /// Draws the world and its marks for a part of the window of this size \[px\].
+    pub fn draw(&mut self, size: [u32; 2], orbit: &Orbit, scene: &Scene<'_>) -> Shown {
         let size = size.map(|pixels| pixels.max(1));
-        let is_new = self.target.as_ref().is_none_or(|target| target.size != size);
-        if is_new {
-            self.target = Some(Target::new(&self.device, size, self.samples));
+        if self.target.as_ref().is_none_or(|target| target.size != size) {
+            self.target = Some(Target::new(&self.device, &self.blit, size, self.samples));
         }
         self.write_view(orbit, f64::from(size[0]) / f64::from(size[1]), scene.drawing.extent());
         self.load(size, orbit, scene);
@@ -179,9 +182,9 @@ impl Renderer {
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("scene"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: target.colour.as_ref().unwrap_or(&target.shown),
+                view: target.colour.as_ref().unwrap_or(&target.picture),
                 depth_slice: None,
-                resolve_target: target.colour.as_ref().map(|_| &target.shown),
+                resolve_target: target.colour.as_ref().map(|_| &target.picture),
                 ops: wgpu::Operations {
                     load: wgpu::LoadOp::Clear(wgpu::Color {
                         r: f64::from(SKY[0]),
@@ -228,7 +231,7 @@ impl Renderer {
         self.draw_calls += self.over.draw(&mut pass, |_, _| Some(&pipelines.marks));
         drop(pass);
         self.queue.submit([encoder.finish()]);
-        (&target.shown, is_new)
+        target.shown.clone()
     }
 
     fn write_view(&self, orbit: &Orbit, aspect: f64, extent: f64) {
@@ -249,7 +252,7 @@ fn slices(lists: &[Vec<f32>]) -> Vec<&[f32]> {
 }
 
 impl Target {
-    fn new(device: &wgpu::Device, size: [u32; 2], samples: u32) -> Self {
+    fn new(device: &wgpu::Device, blit: &Blit, size: [u32; 2], samples: u32) -> Self {
         let texture = |format, sample_count, usage| {
             let texture = device.create_texture(&wgpu::TextureDescriptor {
                 label: Some("scene"),
@@ -264,11 +267,13 @@ impl Target {
             texture.create_view(&wgpu::TextureViewDescriptor::default())
         };
         let drawn = wgpu::TextureUsages::RENDER_ATTACHMENT;
+        let picture = texture(FORMAT, 1, drawn | wgpu::TextureUsages::TEXTURE_BINDING);
         Self {
             size,
             colour: (samples > 1).then(|| texture(FORMAT, samples, drawn)),
             depth: texture(DEPTH, samples, drawn),
-            shown: texture(FORMAT, 1, drawn | wgpu::TextureUsages::TEXTURE_BINDING),
+            shown: blit.show(device, &picture),
+            picture,
         }
     }
 }

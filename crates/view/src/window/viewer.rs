@@ -4,8 +4,8 @@ use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant};
 
-use eframe::egui::{self, Color32, Rect, Sense, TextureHandle, TextureId, TextureOptions, Ui};
-use eframe::egui_wgpu::RenderState;
+use eframe::egui::{self, Rect, Sense, TextureHandle, TextureOptions, Ui};
+use eframe::egui_wgpu::{Callback, RenderState};
 use orchard_geometry::{Image, Vec3};
 use orchard_play::{
     Drawing, Marks, Mesh, Overlay, Overlays, Paint, Reach, Seen, Trace, Wish, WoodPaint, annotate,
@@ -83,7 +83,6 @@ pub struct Viewer {
     /// Number of trees with those that stand still beside the world's, and those.
     trees: u32,
     stand: Option<Stand>,
-    scene: Option<TextureId>,
     /// Depth along the view at which the pointer pulls \[m\].
     pub(super) pull_depth: Option<f64>,
     p_base: Vec3,
@@ -125,7 +124,6 @@ impl Viewer {
             renderer: Renderer::new(state, Renderer::is_fast(state)),
             trees: 1,
             stand: None,
-            scene: None,
             pull_depth: None,
             p_base,
             elapsed: 0.0,
@@ -412,13 +410,13 @@ impl Viewer {
     }
 
     /// The picture of the world in a part of the window, with the pointer's grip on it.
-    pub(super) fn show_scene(&mut self, ui: &mut Ui, state: &RenderState, rect: Rect) {
+    pub(super) fn show_scene(&mut self, ui: &mut Ui, rect: Rect) {
         let response = ui.interact(rect, ui.scope_id().with("scene"), Sense::click_and_drag());
         self.point(ui, rect, &response);
-        self.draw(ui, rect, state);
+        self.draw(ui, rect);
     }
 
-    fn draw(&mut self, ui: &Ui, rect: Rect, state: &RenderState) {
+    fn draw(&mut self, ui: &Ui, rect: Rect) {
         let wood = if self.overlays.has(Overlay::Moments) { WoodPaint::Load } else { WoodPaint::Plain };
         let paint = Paint { leaves: self.overlays.has(Overlay::Leaves), wood };
         let session = self.stage.session();
@@ -439,21 +437,9 @@ impl Viewer {
             mark_meshes: &self.mark_meshes,
             marks: &self.marks,
         };
-        let (view, is_new) = self.renderer.draw(size, &self.orbit, &scene);
-        // It has the pixels of the window.
-        let (device, filter) = (&state.device, wgpu::FilterMode::Nearest);
-        let id = match self.scene {
-            Some(id) if is_new => {
-                state.renderer.write().update_egui_texture_from_wgpu_texture(device, view, filter, id);
-                id
-            }
-            Some(id) => id,
-            None => state.renderer.write().register_native_texture(device, view, filter),
-        };
-        self.scene = Some(id);
+        let shown = self.renderer.draw(size, &self.orbit, &scene);
         self.costs.draw_calls = self.renderer.draw_calls();
-        let whole = Rect::from_min_max(egui::pos2(0.0, 0.0), egui::pos2(1.0, 1.0));
-        ui.painter().image(id, rect, whole, Color32::WHITE);
+        ui.painter().add(Callback::new_paint_callback(rect, shown));
     }
 
     /// Place of a point of the world in a part of the window.
