@@ -256,6 +256,46 @@ mod tests {
         assert!((found[0].p_camera - ball).norm() < 5e-3, "{:?}", found[0]);
     }
 
+    /// With colour a red ball is found, to its ray exactly and to a few millimetres in depth; without it, or with colour of another size, the detector says so.
+    #[test]
+    fn a_network_that_sees_colour_needs_it() {
+        let config = DetectorConfig::named("learned-colour").unwrap();
+        assert!(config.sees_colour() && !learned().sees_colour());
+        let ball = Vec3::new(0.1, -0.05, 0.8);
+        let depth = scene(&[ball]);
+        let mut colour = Image::filled(K.width, K.height, [120, 160, 210]);
+        for (shown, z) in colour.pixels_mut().iter_mut().zip(depth.pixels()) {
+            if z.is_finite() {
+                *shown = [150, 30, 35];
+            }
+        }
+        let found = |colour| crate::candidates_in(&depth, colour, &K, None, &config);
+        let candidates = found(Some(&colour)).unwrap();
+        let accepted: Vec<_> = candidates.iter().filter(|c| c.refused_by.is_none()).collect();
+        assert_eq!(accepted.len(), 1, "{candidates:?}");
+        let p = accepted[0].detection.p_camera;
+        assert!((p - ball).norm() < 6e-3, "{p}");
+        assert_eq!(found(None).unwrap_err(), PerceptionError::NoColour);
+        assert_eq!(detect(&depth, &K, None, &config).unwrap_err(), PerceptionError::NoColour);
+        let small = Image::filled(8, 6, [0; 3]);
+        let refused = found(Some(&small)).unwrap_err().to_string();
+        assert_eq!(refused, "the colour image is 8 x 6, the depth image 160 x 120");
+        let mut unread = learned();
+        let named = crate::Onnx::try_from("mine.onnx".to_owned()).unwrap();
+        unread.network.as_mut().unwrap().onnx = named;
+        let refused = detect(&depth, &K, None, &unread).unwrap_err().to_string();
+        assert_eq!(refused, "the network of the detector is not read: mine.onnx");
+    }
+
+    /// Colour is thinned out by means over blocks, which are smaller at the edge.
+    #[test]
+    fn colour_is_thinned_out_by_means() {
+        let mut colour = Image::filled(3, 2, [0; 3]);
+        colour[(0, 0)] = [255, 0, 51];
+        colour[(2, 1)] = [0, 255, 0];
+        assert_eq!(means(&colour, 2, (2, 2)), [0.25, 0.0, 0.0, 0.0, 0.0, 0.5, 0.0, 0.0, 0.05, 0.0, 0.0, 0.0]);
+    }
+
     #[test]
     fn masked_fruit_and_images_without_any_are_empty() {
         let depth = scene(&[Vec3::new(0.0, 0.0, 0.7)]);
