@@ -206,7 +206,8 @@ mod tests {
         let (rows, columns) = (48, 64);
         let pixels = || (0..rows).flat_map(|v| (0..columns).map(move |u| (u, v)));
         let depth = |(u, v): (usize, usize)| {
-            let square = (u as f64 - 30.0).powi(2) + (v as f64 - 22.0).powi(2);
+            let (across, down) = (u as f64 - 30.0, v as f64 - 22.0);
+            let square = across * across + down * down;
             let wall = 0.8 + 0.002 * ((7 * u + 13 * v) % 50) as f64;
             (if square < 100.0 { 0.7 - 0.04 * (1.0 - square / 100.0).sqrt() } else { wall }) as f32
         };

@@ -130,7 +130,7 @@ pub fn detector(given: &OptionValue, camera: &str) -> Result<DetectorConfig, Sce
             let path = Path::new(file).with_file_name(name);
             let bytes = orchard_input::bytes(&path, NETWORK_MAX).map_err(|e| e.to_string());
             let read = bytes.and_then(Onnx::from_bytes);
-            *onnx = read.map_err(|e| format!("network.onnx: {}: {e}", path.display()))?;
+            *onnx = read.map_err(|e| format!("{file}: network.onnx: {}: {e}", path.display()))?;
         }
         Ok(config)
     })?;
