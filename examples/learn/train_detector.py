@@ -1,15 +1,17 @@
-"""A network that finds apples in depth images, trained on data sets of `orchard dataset` alone.
+"""A network that finds apples in depth images, or in colour and depth, trained on data sets of `orchard dataset` alone.
 
-The network says where in a depth image an apple is and how large it looks; the geometric fit of the detector then says where it is in space and how large it
-is (`orchard detect --detector learned`). It sees depth only, so colour, cultivar and light do not matter to it.
+The network says where in an image an apple is and how large it looks; the geometric fit of the detector then says where it is in space and how large it
+is (`orchard detect --detector learned`, or `learned-colour`). Without `--colour` it sees depth only, so colour, cultivar and light do not matter to it.
 
     orchard dataset --seeds 6000000..6000040 --views 8 --preset randomised --camera d435i-aligned --out data/a   # and others
     python train_detector.py --data data/a data/b --validate data/v --seed 1 --out runs/detector
+    python train_detector.py --colour --data data/a data/b --validate data/v --seed 1 --out runs/detector-colour
 
 DIR/curve.jsonl has the loss and the validation, DIR/detector.onnx the network, DIR/detector.json what it was made from. It needs numpy, torch, onnx and pillow.
 """
 
 import argparse
+import concurrent.futures
 import hashlib
 import json
 import math
@@ -28,21 +30,28 @@ CELL, MULTIPLE = 4, 16
 NEAR, FAR, RADIUS, TYPICAL_PX = 0.2, 4.0, 0.04, 8.0
 # Relief that gives the features 1, near and far around a pixel [m].
 RELIEF_NEAR, RELIEF_FAR = 0.02, 0.08
-# Radius of an apple at 1 m in the sampled image: every so many columns and rows are taken that it is at least so large [px].
-SAMPLED_PX = 10.0
+# Radius of an apple at 1 m in the sampled image, without and with colour: every so many columns and rows are taken that it is at least so large [px].
+SAMPLED_PX = {False: 10.0, True: 16.0}
 # Least visible share of an apple that is to be found; below it, or with fewer measured pixels of its disc, an apple counts neither way.
 LEAST_VISIBLE, LEAST_MEASURED = 0.3, 0.2
 # Side of a crop [px], apples of a crop, crops of a step.
 SIDE, MOST, BATCH = 256, 48, 64
 # Factors of the augmentation: size of the image, scale of the world.
 ZOOM, WORLD = (0.65, 1.6), (0.85, 1.15)
+# Shares of crops whose colour is grey, whose depth is empty, whose background is another image's, and whose colour is blurred and moved against depth.
+GREY, BLIND, PASTED, BLURRED, MOVED = 0.1, 0.1, 0.5, 0.5, 0.3
+# Largest moves of colour against depth [px].
+LARGEST_MOVE = 2
+# Pixels of these classes of a data set are background: none and ground.
+BACKGROUND = (0, 5)
 
 
 class Detector(nn.Module):
-    """Depth [n, 1, rows, columns] in metres (0: not measured) and the focal length [1] in pixels to a map [n, 4, rows / 4, columns / 4]: probability that the centre of
-    an apple is in the cell, its place right of and below the cell's centre in cells, and its radius in pixels."""
+    """Depth [n, 1, rows, columns] in metres (0: not measured), the focal length [1] in pixels, and if it sees colour the image [n, 3, rows, columns] in sRGB from 0 to 1,
+    to a map [n, 4, rows / 4, columns / 4]: probability that the centre of an apple is in the cell, its place right of and below the cell's centre in cells, and its
+    radius in pixels."""
 
-    def __init__(self):
+    def __init__(self, colour):
         super().__init__()
 
         def conv(inputs, outputs, stride=1, size=3):
@@ -50,8 +59,8 @@ class Detector(nn.Module):
                 nn.Conv2d(inputs, outputs, size, stride, size // 2, bias=False), nn.BatchNorm2d(outputs), nn.ReLU()
             )
 
-        self.second = conv(4, 16, 2)
-        self.fourth = nn.Sequential(conv(16, 32, 2), conv(32, 32), conv(32, 32))
+        self.second = conv(7 if colour else 4, 24 if colour else 16, 2)
+        self.fourth = nn.Sequential(conv(24 if colour else 16, 32, 2), conv(32, 32), conv(32, 32))
         self.eighth = nn.Sequential(conv(32, 64, 2), conv(64, 64), conv(64, 64))
         self.sixteenth = nn.Sequential(conv(64, 96, 2), conv(96, 96), conv(96, 96))
         self.to_eighth = nn.Sequential(conv(160, 64, 1, 1), conv(64, 64))
@@ -77,8 +86,11 @@ class Detector(nn.Module):
         expected = focal * RADIUS / torch.clamp(z, NEAR, FAR)
         return torch.cat([valid, near, far, torch.log(expected / TYPICAL_PX) * valid], 1)
 
-    def raw(self, depth, focal):
-        half = self.second(self.features(depth, focal))
+    def raw(self, depth, focal, colour=None):
+        features = self.features(depth, focal)
+        if colour is not None:
+            features = torch.cat([features, 4.0 * colour - 2.0], 1)
+        half = self.second(features)
         quarter = self.fourth(half)
         eighth = self.eighth(quarter)
         deep = self.sixteenth(eighth)
@@ -90,54 +102,81 @@ class Detector(nn.Module):
         quarter = self.to_quarter(torch.cat([up(eighth), quarter], 1))
         return self.head(quarter)
 
-    def forward(self, depth, focal):
-        y = self.raw(depth, focal.reshape(-1, 1, 1, 1))
+    def forward(self, depth, focal, colour=None):
+        y = self.raw(depth, focal.reshape(-1, 1, 1, 1), colour)
         score = torch.sigmoid(y[:, 0:1] * self.calibration[0] + self.calibration[1])
         return torch.cat([score, y[:, 1:3], TYPICAL_PX * torch.exp(y[:, 3:4])], 1)
 
 
-def step_of(focal):
+def step_of(focal, colour):
     """Every so many columns and rows of an image are looked at."""
-    return max(1, int(focal * RADIUS / SAMPLED_PX))
+    return max(1, int(focal * RADIUS / SAMPLED_PX[colour]))
 
 
-def read(folder):
-    """Images of a data set: depth as the network sees it, its focal length, and its apples (u, v, radius in pixels, visible share; n, 4)."""
+def thinned(image, step):
+    """Means of blocks of `step` x `step` pixels; blocks at the right and lower edge may be smaller."""
+    rows, columns = (-(-n // step) * step for n in image.shape[:2])
+    image = np.pad(image, ((0, rows - image.shape[0]), (0, columns - image.shape[1]), (0, 0)), "edge")
+    return image.reshape(rows // step, step, columns // step, step, 3).mean((1, 3))
+
+
+def read(folder, colour):
+    """Images of a data set: depth as the network sees it, its focal length, its apples (u, v, radius in pixels, visible share; n, 4), and with colour the image and
+    where it shows background (rows, columns, 4)."""
     folder = pathlib.Path(folder)
     recipe = json.loads((folder / "manifest.json").read_text())["recipe"]
     k = json.loads((folder / "intrinsics.json").read_text())
     notes = json.loads((folder / "annotations.json").read_text())
     focal = 0.5 * (k["fx"] + k["fy"])
-    step = step_of(focal)
+    step = step_of(focal, colour)
     fruit = {image["id"]: [] for image in notes["images"]}
     for a in notes["annotations"]:
         x, y, z = a["center_camera_m"]
         if z > 0:
             u, v, r = k["fx"] * x / z + k["cx"], k["fy"] * y / z + k["cy"], focal * a["radius_m"] / z
             fruit[a["image_id"]].append((u / step, v / step, r / step, a["visible_fraction"]))
-    for image in notes["images"]:
+
+    def one(image):
         depth = np.asarray(Image.open(folder / image["depth_file"]), np.float32) * recipe["depth_unit_m"]
-        yield depth[::step, ::step], focal / step, np.array(fruit[image["id"]], np.float32).reshape(-1, 4)
+        seen = None
+        if colour:
+            shown = thinned(np.asarray(Image.open(folder / image["file_name"])), step).round().astype(np.uint8)
+            label = np.asarray(Image.open(folder / image["label_file"]))[::step, ::step]
+            seen = np.concatenate([shown, np.isin(label, BACKGROUND)[..., None].astype(np.uint8)], 2)
+        return depth[::step, ::step], focal / step, np.array(fruit[image["id"]], np.float32).reshape(-1, 4), seen
+
+    with concurrent.futures.ThreadPoolExecutor() as pool:
+        yield from pool.map(one, notes["images"])
 
 
 class Images:
     """All images on the device, padded to one size."""
 
-    def __init__(self, folders, device):
-        images = [image for folder in folders for image in read(folder)]
-        rows, columns = (max(d.shape[k] for d, _, _ in images) for k in (0, 1))
+    def __init__(self, folders, device, colour):
+        images = [image for folder in folders for image in read(folder, colour)]
+        rows, columns = (max(image[0].shape[k] for image in images) for k in (0, 1))
         self.depth = torch.zeros(len(images), rows, columns, dtype=torch.float16, device=device)
-        self.size = torch.tensor([d.shape for d, _, _ in images], device=device)
-        self.focal = torch.tensor([f for _, f, _ in images], dtype=torch.float32, device=device)
-        most = max(len(fruit) for _, _, fruit in images)
+        self.seen = torch.zeros(len(images), rows, columns, 4, dtype=torch.uint8, device=device) if colour else None
+        self.size = torch.tensor([image[0].shape for image in images], device=device)
+        self.focal = torch.tensor([image[1] for image in images], dtype=torch.float32, device=device)
+        most = max(len(image[2]) for image in images)
         self.fruit = torch.zeros(len(images), most, 4, device=device)
-        for k, (depth, _, fruit) in enumerate(images):
+        for k, (depth, _, fruit, seen) in enumerate(images):
             # Half precision keeps a quarter of a millimetre at 0.5 m and a millimetre at 2 m, as the files do.
             self.depth[k, : depth.shape[0], : depth.shape[1]] = torch.from_numpy(depth).to(device).half()
             self.fruit[k, : len(fruit)] = torch.from_numpy(fruit).to(device)
+            if colour:
+                self.seen[k, : depth.shape[0], : depth.shape[1]] = torch.from_numpy(seen).to(device)
+
+    def colour(self, k):
+        """Colour of an image (1, 3, rows, columns), or None."""
+        if self.seen is None:
+            return None
+        rows, columns = self.size[k].tolist()
+        return self.seen[k, :rows, :columns, :3].permute(2, 0, 1)[None].float() / 255.0
 
     def crops(self, count, generator):
-        """Random crops with their augmentation: depth, focal length, and the apples of which the most visible are kept."""
+        """Random crops with their augmentation: depth, focal length, the apples of which the most visible are kept, and colour or None."""
         device = self.depth.device
 
         def uniform(low, high, *shape):
@@ -156,12 +195,18 @@ class Images:
         inside = ((u >= 0) & (u < size[:, 1:2]))[:, None, :] & ((v >= 0) & (v < size[:, 0:1]))[:, :, None]
         u, v = u.clamp(0, self.depth.shape[2] - 1), v.clamp(0, self.depth.shape[1] - 1)
         depth = self.depth[which[:, None, None], v[:, :, None], u[:, None, :]].float() * inside
+        colour = None
+        if self.seen is not None:
+            seen = self.seen[which[:, None, None], v[:, :, None], u[:, None, :]].permute(0, 3, 1, 2).float() * inside[:, None]
+            colour = augmented(seen[:, :3] / 255.0, (seen[:, 3:] > 0) | ~inside[:, None], generator)
         fruit = self.fruit[which].clone()
         fruit[..., :2] = (fruit[..., :2] - start[:, None]) * zoom[:, None, None]
         fruit[..., 2] *= zoom[:, None]
         # Mirrored, with holes, and with noise beyond the camera's own.
         mirrored = torch.rand(count, generator=generator, device=device) < 0.5
         depth = torch.where(mirrored[:, None, None], depth.flip(2), depth)
+        if colour is not None:
+            colour = torch.where(mirrored[:, None, None, None], colour.flip(3), colour)
         fruit[..., 0] = torch.where(mirrored[:, None], SIDE - 1 - fruit[..., 0], fruit[..., 0])
         holes = torch.rand(count, 1, SIDE // 8, SIDE // 8, generator=generator, device=device)
         holes = functional.interpolate(holes, scale_factor=8, mode="bilinear")[:, 0]
@@ -176,7 +221,45 @@ class Images:
         seen = (fruit[..., :2] > -reach[..., None]).all(-1) & (fruit[..., :2] < SIDE + reach[..., None]).all(-1)
         order = torch.argsort((seen & (fruit[..., 3] > 0)).float(), dim=1, descending=True, stable=True)[:, :MOST]
         fruit = torch.gather(fruit * seen[..., None], 1, order[..., None].expand(-1, -1, 4))
-        return depth[:, None], self.focal[which] * zoom, fruit
+        return depth[:, None], self.focal[which] * zoom, fruit, colour
+
+
+def augmented(colour, background, generator):
+    """Colour crops (n, 3, side, side; sRGB from 0 to 1) as other lights, lenses and backgrounds would show them."""
+    n, device = len(colour), colour.device
+
+    def uniform(low, high):
+        return low + (high - low) * torch.rand(n, 1, 1, 1, generator=generator, device=device)
+
+    def field(cells, channels=1):
+        """Smooth noise."""
+        coarse = torch.randn(n, channels, cells, cells, generator=generator, device=device)
+        return functional.interpolate(coarse, SIDE, mode="bilinear", align_corners=False)
+
+    def share(part):
+        return torch.rand(n, 1, 1, 1, generator=generator, device=device) < part
+
+    # Behind the tree another image of the batch, or noise; both darker or brighter.
+    other = torch.where(share(0.5), colour.roll(1, 0).flip(3), 0.45 + 0.2 * field(SIDE // 4, 3) + 0.15 * field(SIDE // 32, 3))
+    colour = torch.where(background & share(PASTED), other * uniform(0.3, 1.3), colour)
+    # Light: exposure, white balance, shadows, gamma; then contrast, saturation, and a turn of the hues about grey.
+    colour = colour.clamp(0.0, 1.0) * torch.exp(uniform(-0.6, 0.5)) * torch.exp(0.15 * torch.randn(n, 3, 1, 1, generator=generator, device=device))
+    colour = colour * torch.exp(uniform(0.0, 0.6) * field(SIDE // 32))
+    colour = colour.clamp(0.0, 1.0).pow(torch.exp(uniform(-0.4, 0.4)))
+    grey = colour.mean(1, keepdim=True)
+    colour = grey + (colour - grey) * uniform(0.3, 1.5)
+    angle = uniform(-0.35, 0.35)
+    ahead, back = colour.roll(1, 1), colour.roll(2, 1)
+    colour = colour * torch.cos(angle) + (1 - torch.cos(angle)) * colour.mean(1, keepdim=True) + torch.sin(angle) * (ahead - back) / math.sqrt(3.0)
+    middle = colour.mean((1, 2, 3), keepdim=True)
+    colour = middle + (colour - middle) * uniform(0.6, 1.4)
+    # Lens and sensor: blur, a move against depth, noise.
+    soft = functional.avg_pool2d(functional.pad(colour, (2, 2, 2, 2), mode="replicate"), 5, 1)
+    colour = torch.where(share(BLURRED), colour + (soft - colour) * uniform(0.0, 1.0), colour)
+    across, down = torch.randint(-LARGEST_MOVE, LARGEST_MOVE + 1, (2,), generator=generator, device=device).tolist()
+    colour = torch.where(share(MOVED), colour.roll((down, across), (2, 3)), colour)
+    colour = colour + uniform(0.0, 0.06) * torch.randn(colour.shape, generator=generator, device=device)
+    return torch.where(share(GREY), torch.full_like(colour, 0.5), colour.clamp(0.0, 1.0))
 
 
 def targets(depth, fruit):
@@ -208,9 +291,12 @@ def targets(depth, fruit):
     return torch.maximum(heat * (1 - 1e-3), peak), peak, 1 - ignored, index, good
 
 
-def loss_of(network, depth, focal, fruit):
-    y = network.raw(depth, focal.view(-1, 1, 1, 1)).float()
+def loss_of(network, depth, focal, fruit, colour):
     heat, peak, weight, index, good = targets(depth, fruit)
+    if colour is not None:
+        # Now and then colour alone has to do.
+        depth = depth * (torch.rand(len(depth), 1, 1, 1, device=depth.device) >= BLIND)
+    y = network.raw(depth, focal.view(-1, 1, 1, 1), colour).float()
     logit = y[:, 0]
     p = torch.sigmoid(logit).clamp(1e-5, 1 - 1e-5)
     # The focal loss of CenterNet (Zhou, Wang and Kraehenbuehl 2019).
@@ -227,11 +313,13 @@ def loss_of(network, depth, focal, fruit):
 
 
 @torch.no_grad()
-def peaks(network, depth, focal, least=0.05):
+def peaks(network, depth, focal, colour, least=0.05):
     """Places that the network finds in one image: score's logit, u, v, radius (n, 4)."""
     rows, columns = depth.shape
-    padded = functional.pad(depth, (0, -columns % MULTIPLE, 0, -rows % MULTIPLE))
-    y = network.raw(padded[None, None], focal.view(1, 1, 1, 1))[0].float()
+    beyond = (0, -columns % MULTIPLE, 0, -rows % MULTIPLE)
+    padded = functional.pad(depth, beyond)
+    colour = None if colour is None else functional.pad(colour, beyond)
+    y = network.raw(padded[None, None], focal.view(1, 1, 1, 1), colour)[0].float()
     p = torch.sigmoid(y[0])
     top = functional.max_pool2d(p[None, None], 3, 1, 1)[0, 0]
     v, u = torch.nonzero((p == top) & (p > least), as_tuple=True)
@@ -246,7 +334,7 @@ def validate(network, images, every=1):
     for k in range(0, len(images.depth), every):
         rows, columns = images.size[k].tolist()
         depth = images.depth[k, :rows, :columns].float()
-        at = peaks(network, depth, images.focal[k])
+        at = peaks(network, depth, images.focal[k], images.colour(k))
         fruit = images.fruit[k]
         fruit = fruit[fruit[:, 3] > 0]
         inside = (fruit[:, :2] >= 0).all(1) & (fruit[:, 0] < columns) & (fruit[:, 1] < rows)
@@ -289,17 +377,17 @@ def calibrated(found, rounds=50):
 def train(args, device):
     torch.manual_seed(args.seed)
     generator = torch.Generator(device).manual_seed(args.seed)
-    images, held = Images(args.data, device), Images(args.validate, device)
+    images, held = (Images(folders, device, args.colour) for folders in (args.data, args.validate))
     print(f"{len(images.depth)} images to train on, {len(held.depth)} to validate", flush=True)
-    network = Detector().to(device)
+    network = Detector(args.colour).to(device)
     optimiser = torch.optim.AdamW(network.parameters(), 2e-3, weight_decay=1e-4)
     rate = torch.optim.lr_scheduler.OneCycleLR(optimiser, 2e-3, args.steps)
     curve = (args.out / "curve.jsonl").open("w")
     start, mean = time.time(), None
     for step in range(1, args.steps + 1):
-        depth, focal, fruit = images.crops(args.batch, generator)
+        crops = images.crops(args.batch, generator)
         with torch.autocast(device.type, torch.bfloat16, enabled=device.type == "cuda"):
-            loss = loss_of(network, depth, focal, fruit)
+            loss = loss_of(network, *crops)
         optimiser.zero_grad(set_to_none=True)
         loss.backward()
         nn.utils.clip_grad_norm_(network.parameters(), 5.0)
@@ -318,16 +406,17 @@ def train(args, device):
 
 def export(network, args, result):
     network = network.cpu()
-    inputs = (torch.full((1, 1, 96, 128), 1.0), torch.tensor([400.0]))
-    sides = {2: "rows", 3: "columns"}
+    inputs = (torch.full((1, 1, 96, 128), 1.0), torch.tensor([400.0])) + ((torch.full((1, 3, 96, 128), 0.5),) if args.colour else ())
+    names, sides = ["depth", "focal", "colour"][: len(inputs)], {2: "rows", 3: "columns"}
     path = args.out / "detector.onnx"
     torch.onnx.export(
-        network, inputs, path, input_names=["depth", "focal"], output_names=["map"], dynamic_axes={"depth": sides, "map": sides}, dynamo=False
+        network, inputs, path, input_names=names, output_names=["map"],
+        dynamic_axes={name: sides for name in [*names, "map"] if name != "focal"}, dynamo=False,
     )
     about = {
         "script_sha256": hashlib.sha256(pathlib.Path(__file__).read_bytes()).hexdigest(),
         "network_sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
-        "seed": args.seed, "steps": args.steps, "batch": args.batch, "validation": result,
+        "colour": args.colour, "seed": args.seed, "steps": args.steps, "batch": args.batch, "validation": result,
         "data": [json.loads((pathlib.Path(folder) / "manifest.json").read_text())["checksum"] for folder in args.data],
     }
     (args.out / "detector.json").write_text(json.dumps(about, indent=1) + "\n")
@@ -335,6 +424,7 @@ def export(network, args, result):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--colour", action="store_true", help="the network sees colour besides depth")
     parser.add_argument("--data", nargs="+", required=True, help="folders of `orchard dataset` to train on")
     parser.add_argument("--validate", nargs="+", required=True, help="folders of other seeds, for the curve and the calibration of scores")
     parser.add_argument("--out", type=pathlib.Path, required=True, help="folder of the results")

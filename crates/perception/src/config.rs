@@ -1,13 +1,14 @@
 //! Config of detector, masks and tracker.
 
+use crate::onnx::Onnx;
 use orchard_geometry::math;
 use orchard_quantity::{ConfigError, Count, Quantity, Span, from_table, parse, with_base};
 use serde::{Deserialize, Serialize};
 
 /// The preset `paper` as TOML text.
 pub const PAPER_TOML: &str = include_str!("../configs/paper/perception.toml");
-/// Name of the preset with a network in front.
-pub const LEARNED: &str = "learned";
+/// Names of the presets with a network in front: one that sees depth only, and one that sees colour as well.
+pub const LEARNED: [&str; 2] = ["learned", "learned-colour"];
 /// The preset `paper-single` as TOML text.
 pub const PAPER_SINGLE_TOML: &str = include_str!("../configs/paper-single/perception.toml");
 
@@ -106,6 +107,9 @@ pub struct Score {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Network {
+    /// The network; by default that of the preset `learned`.
+    #[serde(default, skip_serializing_if = "Onnx::is_default")]
+    pub onnx: Onnx,
     /// Least probability of a place at which a sphere is fitted.
     pub least: Quantity,
     /// Constant term of a score.
@@ -114,6 +118,10 @@ pub struct Network {
     pub network: Quantity,
     /// Weight of the log-odds of the score by the evidence.
     pub evidence: Quantity,
+    /// Standard deviation of the depth that the disc of a place tells. Without it a sphere is that of the fit; with it direction and radius are those of the disc, and depth is
+    /// the mean of both.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub disc: Option<Quantity>,
     /// Of longer focal lengths so many columns and rows are left out that this one remains: the network has learned sizes in pixels.
     pub focal: Quantity,
 }
@@ -281,17 +289,22 @@ impl DetectorConfig {
         ("zed-mini", include_str!("../configs/zed-mini/perception.toml")),
         ("azure-kinect", include_str!("../configs/azure-kinect/perception.toml")),
         ("azure-kinect-native", include_str!("../configs/azure-kinect-native/perception.toml")),
-        (LEARNED, include_str!("../configs/learned/perception.toml")),
+        ("learned", include_str!("../configs/learned/perception.toml")),
+        ("learned-colour", include_str!("../configs/learned-colour/perception.toml")),
     ];
 
-    /// Returns the detector with the network of the preset `learned` in front of its fit. A detector without a score fits as `scored` does.
+    /// Returns the detector with the network of a preset in front of its fit. A detector without a score fits as `scored` does.
     ///
-    /// # Panics
-    /// Never: the embedded file is read in this crate's tests.
-    #[must_use]
-    pub fn with_network(self) -> Self {
-        let learned = Self::named(LEARNED).unwrap_or_else(|e| unreachable!("embedded preset: {e}"));
-        if self.score.on { Self { network: learned.network, ..self } } else { learned }
+    /// # Errors
+    /// There is no preset of that name.
+    pub fn with_network(self, name: &str) -> Result<Self, String> {
+        let learned = Self::named(name)?;
+        Ok(if self.score.on { Self { network: learned.network, ..self } } else { learned })
+    }
+
+    /// True if the detector has a network that looks at colour.
+    pub fn sees_colour(&self) -> bool {
+        self.network.as_ref().is_some_and(|network| network.onnx.sees_colour())
     }
 
     /// Returns a preset that comes with the crate.

@@ -11,14 +11,14 @@ use orchard_geometry::{DepthImage, Image, Intrinsics};
 /// A pixel that is not a positive finite number, or lies outside the working range, counts as no measurement.
 ///
 /// # Errors
-/// The image is empty, sizes disagree, or the intrinsics are not those of a pinhole camera.
+/// The image is empty, sizes disagree, the intrinsics are not those of a pinhole camera, or the detector has a network that looks at colour.
 pub fn detect(
     depth: &DepthImage,
     intrinsics: &Intrinsics,
     mask: Option<&Image<bool>>,
     config: &DetectorConfig,
 ) -> Result<Vec<Detection>, PerceptionError> {
-    let found = find(depth, intrinsics, mask, config, |refused_by| refused_by.is_none())?;
+    let found = find((depth, None), intrinsics, mask, config, |refused_by| refused_by.is_none())?;
     Ok(found.into_iter().filter(|c| c.refused_by.is_none()).map(|c| c.detection).collect())
 }
 
@@ -32,19 +32,33 @@ pub fn candidates(
     mask: Option<&Image<bool>>,
     config: &DetectorConfig,
 ) -> Result<Vec<Candidate>, PerceptionError> {
-    find(depth, intrinsics, mask, config, |_| true)
+    find((depth, None), intrinsics, mask, config, |_| true)
+}
+
+/// Returns the same as [`candidates`] for an image that may have colour (sRGB), registered to depth and of its size. Only a network that sees colour looks at it.
+///
+/// # Errors
+/// Those of [`detect`]; the network looks at colour, and there is none.
+pub fn candidates_in(
+    depth: &DepthImage,
+    colour: Option<&Image<[u8; 3]>>,
+    intrinsics: &Intrinsics,
+    mask: Option<&Image<bool>>,
+    config: &DetectorConfig,
+) -> Result<Vec<Candidate>, PerceptionError> {
+    find((depth, colour), intrinsics, mask, config, |_| true)
 }
 
 /// Returns the spheres that `wanted` takes by the gate that refused them: of places that a network finds, or of a search.
 fn find(
-    depth: &DepthImage,
+    (depth, colour): (&DepthImage, Option<&Image<[u8; 3]>>),
     intrinsics: &Intrinsics,
     mask: Option<&Image<bool>>,
     config: &DetectorConfig,
     wanted: impl Fn(Option<Gate>) -> bool,
 ) -> Result<Vec<Candidate>, PerceptionError> {
     match &config.network {
-        Some(figures) => learned::find(depth, intrinsics, mask, config, figures),
+        Some(figures) => learned::find((depth, colour), intrinsics, mask, config, figures),
         None => search(depth, intrinsics, mask, config, wanted),
     }
 }

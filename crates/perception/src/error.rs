@@ -39,6 +39,12 @@ pub enum PerceptionError {
         /// Row of the optical axis \[px\].
         cy: f64,
     },
+    /// The network looks at colour, and no colour image is given.
+    #[error("the network of the detector looks at colour, and there is no colour image")]
+    NoColour,
+    /// The network cannot be computed.
+    #[error("the network of the detector {0}")]
+    Network(String),
     /// The image has more pixels than the network computes.
     #[error("a depth image of {width} x {height} is too large for the network of the detector")]
     TooLarge {

@@ -120,7 +120,7 @@ pub(crate) fn without_duplicates<T>(all: Vec<T>, accepted: impl Fn(&T) -> Option
 }
 
 /// Makes reports of spheres.
-struct Report<'a> {
+pub(crate) struct Report<'a> {
     cloud: &'a Cloud,
     /// Of the image, not of the cloud.
     intrinsics: &'a Intrinsics,
@@ -130,12 +130,12 @@ struct Report<'a> {
 }
 
 impl<'a> Report<'a> {
-    fn new(cloud: &'a Cloud, intrinsics: &'a Intrinsics, config: &'a DetectorConfig) -> Self {
+    pub(crate) fn new(cloud: &'a Cloud, intrinsics: &'a Intrinsics, config: &'a DetectorConfig) -> Self {
         let (examiner, posterior) = (Examiner::new(config), Posterior::new(config));
         Self { cloud, intrinsics, config, examiner, posterior }
     }
 
-    fn of(&self, h: &Hypothesis, refused_by: Option<Gate>) -> Candidate {
+    pub(crate) fn of(&self, h: &Hypothesis, refused_by: Option<Gate>) -> Candidate {
         let evidence = self.examiner.examine(self.cloud, h);
         let deviations = self.posterior.deviations(self.cloud, &h.sphere);
         let detection = Detection {

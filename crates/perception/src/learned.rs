@@ -1,25 +1,14 @@
 //! Fruit by a network: it says where in the image a fruit is, and the fit says how far and how large.
 
-use std::sync::OnceLock;
-
 use crate::config::Network as Figures;
+use crate::disc::{self, Disc};
 use crate::geometric::{Candidate, without_duplicates};
+use crate::onnx::{self, CELL, FIELDS, MULTIPLE};
 use crate::region::{Region, fit_regions};
 use crate::sphere::Sphere;
 use crate::{DetectorConfig, Gate, PerceptionError};
 use orchard_geometry::{DepthImage, Image, Intrinsics};
-use orchard_network::{Network, Tensor};
-
-/// The network that `examples/learn/train_detector.py` has trained. It takes depth `[1, 1, rows, columns]` \[m\], 0 where nothing is measured, and the focal length `[1]` \[px\], and gives a map
-/// `[1, 4, rows / CELL, columns / CELL]`: probability that the centre of a fruit is in the cell, its place right of and below the centre of the cell \[cells\], and
-/// its radius \[px\].
-const NETWORK: &[u8] = include_bytes!("../configs/learned/detector.onnx");
-/// Pixels of a cell of the map.
-const CELL: usize = 4;
-/// Rows and columns of the network's input are multiples of this.
-const MULTIPLE: usize = 16;
-/// Numbers of a cell.
-const FIELDS: usize = 4;
+use orchard_network::Network;
 
 /// A place of the image where the network sees a fruit.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,19 +21,47 @@ struct Peak {
     radius: f64,
 }
 
-/// Finds fruit in a depth image; the fit and its gates are those of a region that another detector has found ([`fit_regions`]).
+/// Finds fruit in an image of depth, and of colour if the network sees it; the fit and its gates are those of a region that another detector has found ([`fit_regions`]).
 pub(crate) fn find(
-    depth: &DepthImage,
+    (depth, colour): (&DepthImage, Option<&Image<[u8; 3]>>),
     intrinsics: &Intrinsics,
     mask: Option<&Image<bool>>,
     config: &DetectorConfig,
     figures: &Figures,
 ) -> Result<Vec<Candidate>, PerceptionError> {
-    let peaks = peaks(depth, intrinsics, mask, figures)?;
+    crate::cloud::check(depth, intrinsics, mask)?;
+    let unread =
+        || PerceptionError::Network(format!("is not read: {}", figures.onnx.file().unwrap_or_default()));
+    let network = figures.onnx.network().ok_or_else(unread)?;
+    if let Some(colour) = colour.filter(|c| (c.width(), c.height()) != (depth.width(), depth.height())) {
+        return Err(PerceptionError::SizeMismatch {
+            what: "the colour image",
+            width: colour.width(),
+            height: colour.height(),
+            depth_width: depth.width(),
+            depth_height: depth.height(),
+        });
+    }
+    if figures.onnx.sees_colour() && colour.is_none() {
+        return Err(PerceptionError::NoColour);
+    }
+    let peaks = peaks(network, (depth, colour), intrinsics, mask, figures)?;
     let size = (depth.width(), depth.height());
     let (seen, regions): (Vec<Peak>, Vec<Region>) =
         peaks.into_iter().filter_map(|peak| Some((peak, peak.region(size)?))).unzip();
     let fitted = fit_regions(depth, intrinsics, mask, &regions, config)?;
+    let fitted = match &figures.disc {
+        None => fitted,
+        Some(deviation) => {
+            let by_disc = |((peak, region), fit): ((&Peak, &Region), Option<Candidate>)| {
+                let disc = Disc { center: peak.center, radius: peak.radius };
+                let depths = (fit.as_ref(), deviation.si());
+                let sphere = disc::sphere(depth, intrinsics, mask, (&disc, region), depths, config)?;
+                Ok(sphere.or(fit))
+            };
+            seen.iter().zip(&regions).zip(fitted).map(by_disc).collect::<Result<_, _>>()?
+        }
+    };
     let mut found: Vec<Candidate> = seen
         .iter()
         .zip(fitted)
@@ -85,36 +102,40 @@ impl Peak {
 
 /// Places where the network sees a fruit, in the order of the image's rows: cells with a larger probability than their neighbours.
 fn peaks(
-    depth: &DepthImage,
+    network: &Network,
+    (depth, colour): (&DepthImage, Option<&Image<[u8; 3]>>),
     intrinsics: &Intrinsics,
     mask: Option<&Image<bool>>,
     figures: &Figures,
 ) -> Result<Vec<Peak>, PerceptionError> {
-    crate::cloud::check(depth, intrinsics, mask)?;
     let focal = (intrinsics.fx * intrinsics.fy).sqrt();
     // Every so many columns and rows are looked at.
     let step = ((focal / figures.focal.si()) as usize).clamp(1, depth.width().max(depth.height()));
     let taken = (depth.width().div_ceil(step), depth.height().div_ceil(step));
     let (width, height) = (taken.0.next_multiple_of(MULTIPLE), taken.1.next_multiple_of(MULTIPLE));
-    let mut input = vec![0.0; width * height];
-    for (row, line) in input.chunks_mut(width).take(taken.1).enumerate() {
-        for (column, z) in line.iter_mut().take(taken.0).enumerate() {
-            let at = (step * column, step * row);
-            if depth[at].is_finite() && !mask.is_some_and(|mask| mask[at]) {
-                *z = depth[at].max(0.0);
+    let image = |channels| match colour.filter(|_| channels > 1) {
+        Some(colour) => means(colour, step, (width, height)),
+        None => {
+            let mut input = vec![0.0; width * height];
+            for (row, line) in input.chunks_mut(width).take(taken.1).enumerate() {
+                for (column, z) in line.iter_mut().take(taken.0).enumerate() {
+                    let at = (step * column, step * row);
+                    if depth[at].is_finite() && !mask.is_some_and(|mask| mask[at]) {
+                        *z = depth[at].max(0.0);
+                    }
+                }
             }
+            input
         }
-    }
-    let arrays = [(vec![1, 1, height, width], input), (vec![1], vec![(focal / step as f64) as f32])];
-    let arrays: Option<Vec<Tensor>> =
-        arrays.into_iter().map(|(shape, values)| Tensor::f32(&shape, values)).collect();
-    let arrays = arrays.ok_or(PerceptionError::TooLarge { width, height })?;
-    let outputs = network().run(arrays).map_err(|_| PerceptionError::TooLarge { width, height })?;
-    let map = outputs.first().and_then(Tensor::as_f32).unwrap_or_default();
+    };
+    let map = onnx::run(network, (height, width), image, (focal / step as f64) as f32);
+    let map = map.map_err(|_| PerceptionError::TooLarge { width, height })?;
+    let map = map.as_f32().unwrap_or_default();
     let (columns, rows) = (width / CELL, height / CELL);
     let (cells, least) = (columns * rows, figures.least.si());
     if map.len() != FIELDS * cells {
-        unreachable!("the network gives {} numbers for {cells} cells", map.len());
+        let problem = format!("gives {} numbers for {cells} cells of {FIELDS}", map.len());
+        return Err(PerceptionError::Network(problem));
     }
     let mut peaks = Vec::new();
     for row in 0..rows {
@@ -144,12 +165,26 @@ fn peaks(
     Ok(peaks)
 }
 
-/// The network, read at its first use.
-fn network() -> &'static Network {
-    static READ: OnceLock<Network> = OnceLock::new();
-    READ.get_or_init(|| {
-        Network::from_bytes(NETWORK).unwrap_or_else(|e| unreachable!("embedded network: {e}"))
-    })
+/// Mean colour of each block of `step` x `step` pixels, from 0 to 1: red, then green, then blue, each row by row, with 0 beyond the image.
+fn means(colour: &Image<[u8; 3]>, step: usize, (width, height): (usize, usize)) -> Vec<f32> {
+    let mut out = vec![0.0; 3 * width * height];
+    let span = |block: usize, size: usize| (block * step).min(size)..((block + 1) * step).min(size);
+    for row in 0..height {
+        for column in 0..width {
+            let (mut sums, mut count) = ([0_u32; 3], 0_u32);
+            for v in span(row, colour.height()) {
+                for u in span(column, colour.width()) {
+                    let pixel = colour[(u, v)];
+                    (0..3).for_each(|k| sums[k] += u32::from(pixel[k]));
+                    count += 1;
+                }
+            }
+            for (k, sum) in sums.into_iter().enumerate().filter(|_| count > 0) {
+                out[(k * height + row) * width + column] = sum as f32 / (255 * count) as f32;
+            }
+        }
+    }
+    out
 }
 
 #[cfg(test)]
@@ -219,6 +254,46 @@ mod tests {
         let found = detect(&fine, &k, None, &learned()).unwrap();
         assert_eq!(found.len(), 1, "{found:?}");
         assert!((found[0].p_camera - ball).norm() < 5e-3, "{:?}", found[0]);
+    }
+
+    /// With colour a red ball is found, to its ray exactly and to a few millimetres in depth; without it, or with colour of another size, the detector says so.
+    #[test]
+    fn a_network_that_sees_colour_needs_it() {
+        let config = DetectorConfig::named("learned-colour").unwrap();
+        assert!(config.sees_colour() && !learned().sees_colour());
+        let ball = Vec3::new(0.1, -0.05, 0.8);
+        let depth = scene(&[ball]);
+        let mut colour = Image::filled(K.width, K.height, [120, 160, 210]);
+        for (shown, z) in colour.pixels_mut().iter_mut().zip(depth.pixels()) {
+            if z.is_finite() {
+                *shown = [150, 30, 35];
+            }
+        }
+        let found = |colour| crate::candidates_in(&depth, colour, &K, None, &config);
+        let candidates = found(Some(&colour)).unwrap();
+        let accepted: Vec<_> = candidates.iter().filter(|c| c.refused_by.is_none()).collect();
+        assert_eq!(accepted.len(), 1, "{candidates:?}");
+        let p = accepted[0].detection.p_camera;
+        assert!((p - ball).norm() < 6e-3, "{p}");
+        assert_eq!(found(None).unwrap_err(), PerceptionError::NoColour);
+        assert_eq!(detect(&depth, &K, None, &config).unwrap_err(), PerceptionError::NoColour);
+        let small = Image::filled(8, 6, [0; 3]);
+        let refused = found(Some(&small)).unwrap_err().to_string();
+        assert_eq!(refused, "the colour image is 8 x 6, the depth image 160 x 120");
+        let mut unread = learned();
+        let named = crate::Onnx::try_from("mine.onnx".to_owned()).unwrap();
+        unread.network.as_mut().unwrap().onnx = named;
+        let refused = detect(&depth, &K, None, &unread).unwrap_err().to_string();
+        assert_eq!(refused, "the network of the detector is not read: mine.onnx");
+    }
+
+    /// Colour is thinned out by means over blocks, which are smaller at the edge.
+    #[test]
+    fn colour_is_thinned_out_by_means() {
+        let mut colour = Image::filled(3, 2, [0; 3]);
+        colour[(0, 0)] = [255, 0, 51];
+        colour[(2, 1)] = [0, 255, 0];
+        assert_eq!(means(&colour, 2, (2, 2)), [0.25, 0.0, 0.0, 0.0, 0.0, 0.5, 0.0, 0.0, 0.05, 0.0, 0.0, 0.0]);
     }
 
     #[test]

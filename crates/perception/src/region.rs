@@ -46,32 +46,15 @@ fn fit(
     region: &Region,
     config: &DetectorConfig,
 ) -> Result<Option<Candidate>, PerceptionError> {
+    let Some(part) = Part::of(depth, k, mask, region) else { return Ok(None) };
     let size = (region.inside.width(), region.inside.height());
-    let columns = widened(region.left, size.0, depth.width());
-    let rows = widened(region.top, size.1, depth.height());
-    let (width, height) = (columns.1.saturating_sub(columns.0), rows.1.saturating_sub(rows.0));
-    if width == 0 || height == 0 {
-        return Ok(None);
-    }
-    let mut part = DepthImage::filled(width, height, 0.0);
-    let mut left_out = Image::filled(width, height, false);
-    for v in 0..height {
-        for u in 0..width {
-            let at = (columns.0 + u, rows.0 + v);
-            part[(u, v)] = depth[at];
-            let in_box = at.0.checked_sub(region.left).zip(at.1.checked_sub(region.top));
-            let other = in_box.is_some_and(|(u, v)| u < size.0 && v < size.1 && !region.inside[(u, v)]);
-            left_out[(u, v)] = other || mask.is_some_and(|mask| mask[at]);
-        }
-    }
-    let inner = Intrinsics { width, height, cx: k.cx - columns.0 as f64, cy: k.cy - rows.0 as f64, ..*k };
     let mut best: Option<(f64, Candidate)> = None;
-    for mut candidate in search(&part, &inner, Some(&left_out), config, |_| true)? {
+    for candidate in search(&part.depth, &part.intrinsics, Some(&part.left_out), config, |_| true)? {
         if matches!(candidate.refused_by, Some(Gate::MinPixels | Gate::Radius | Gate::Convexity)) {
             continue;
         }
-        let d = &mut candidate.detection;
-        d.center_px = (d.center_px.0 + columns.0 as f64, d.center_px.1 + rows.0 as f64);
+        let candidate = part.in_image(candidate);
+        let d = &candidate.detection;
         let reach = (d.radius / d.p_camera.z * k.fx, d.radius / d.p_camera.z * k.fy);
         let overlap = box_overlap(
             [d.center_px.0 - reach.0, d.center_px.1 - reach.1, 2.0 * reach.0, 2.0 * reach.1],
@@ -83,6 +66,56 @@ fn fit(
         }
     }
     Ok(best.map(|(_, candidate)| candidate))
+}
+
+/// A region with its margin, as an image of its own.
+pub(crate) struct Part {
+    pub(crate) depth: DepthImage,
+    pub(crate) intrinsics: Intrinsics,
+    /// Pixels that are masked, or in the region's box but not in the region.
+    pub(crate) left_out: Image<bool>,
+    /// First column and row.
+    corner: (usize, usize),
+}
+
+impl Part {
+    /// Cuts a region out of an image; `None` if nothing is left.
+    pub(crate) fn of(
+        depth: &DepthImage,
+        k: &Intrinsics,
+        mask: Option<&Image<bool>>,
+        region: &Region,
+    ) -> Option<Self> {
+        let size = (region.inside.width(), region.inside.height());
+        let columns = widened(region.left, size.0, depth.width());
+        let rows = widened(region.top, size.1, depth.height());
+        let (width, height) = (columns.1.saturating_sub(columns.0), rows.1.saturating_sub(rows.0));
+        if width == 0 || height == 0 {
+            return None;
+        }
+        let mut part = DepthImage::filled(width, height, 0.0);
+        let mut left_out = Image::filled(width, height, false);
+        for v in 0..height {
+            for u in 0..width {
+                let at = (columns.0 + u, rows.0 + v);
+                part[(u, v)] = depth[at];
+                let in_box = at.0.checked_sub(region.left).zip(at.1.checked_sub(region.top));
+                let other = in_box.is_some_and(|(u, v)| u < size.0 && v < size.1 && !region.inside[(u, v)]);
+                left_out[(u, v)] = other || mask.is_some_and(|mask| mask[at]);
+            }
+        }
+        let corner = (columns.0, rows.0);
+        let intrinsics =
+            Intrinsics { width, height, cx: k.cx - corner.0 as f64, cy: k.cy - corner.1 as f64, ..*k };
+        Some(Self { depth: part, intrinsics, left_out, corner })
+    }
+
+    /// A candidate of the part with its place in the image.
+    pub(crate) fn in_image(&self, mut candidate: Candidate) -> Candidate {
+        let (u, v) = candidate.detection.center_px;
+        candidate.detection.center_px = (u + self.corner.0 as f64, v + self.corner.1 as f64);
+        candidate
+    }
 }
 
 /// First column and the one behind the last of a region with its margin.

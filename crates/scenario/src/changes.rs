@@ -76,8 +76,8 @@ impl Scenario {
             if scene.detector == detector_for(&scene.camera) {
                 scene.detector = detector_for(camera).to_owned();
                 changed.detector = detector(&OptionValue::new(&scene.detector, by), camera)?;
-            } else if scene.detector == LEARNED {
-                changed.detector = detector(&OptionValue::new(LEARNED, by), camera)?;
+            } else if LEARNED.contains(&scene.detector.as_str()) {
+                changed.detector = detector(&OptionValue::new(&scene.detector, by), camera)?;
             }
             scene.camera.clone_from(camera);
         }

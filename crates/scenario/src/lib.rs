@@ -163,6 +163,17 @@ impl Scenario {
         }
     }
 
+    /// Checks that controllers can use the detector.
+    ///
+    /// # Errors
+    /// The detector looks at colour, which controllers do not give it; the problem names the detector.
+    pub fn check_controllable(&self) -> Result<(), String> {
+        let name = &self.names.scene.detector;
+        let problem =
+            || format!("detector {name}: it looks at colour, and controllers give a detector depth only");
+        if self.detector.sees_colour() { Err(problem()) } else { Ok(()) }
+    }
+
     /// Makes a controller at the start of an episode, behind the fault of the world's config, if it has one.
     pub fn controller(&self) -> Box<dyn Controller> {
         let controller = self.controller.controller(&self.robot, &self.detector);

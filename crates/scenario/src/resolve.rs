@@ -3,8 +3,9 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use orchard_perception::DetectorConfig;
+use orchard_learned::NETWORK_MAX;
 use orchard_perception::config::LEARNED;
+use orchard_perception::{DetectorConfig, Onnx};
 use orchard_picker::{ControllerKind, Kind};
 use orchard_quantity::{from_table, overlay, parse};
 use orchard_robot::RobotModel;
@@ -110,24 +111,55 @@ impl Scenario {
     }
 }
 
-/// A detector by its name or from its file. That with a network fits spheres with the figures of the detector of the camera of a name.
+/// A detector by its name or from its file. One with a network, or a file based on it, fits spheres with the figures of the detector of the camera of a name. The
+/// network of a file is read.
 ///
 /// # Errors
-/// No such name or file, or a figure out of its range.
+/// No such name or file, a figure out of its range, or a network that cannot be used.
 pub fn detector(given: &OptionValue, camera: &str) -> Result<DetectorConfig, ScenarioError> {
-    let named = |name: &str| {
-        if name == LEARNED {
-            return DetectorConfig::named(detector_for(camera)).map(DetectorConfig::with_network);
-        }
-        DetectorConfig::named(name)
+    let named = |name: &str| match LEARNED.contains(&name) {
+        true => learned(name, camera),
+        false => DetectorConfig::named(name),
     };
     let config = named_or_file(given, named, |file, text| {
-        DetectorConfig::from_toml(file, text).map_err(|e| e.to_string())
+        let mut config = detector_of_file(file, text, camera)?;
+        let onnx = config.network.as_mut().map(|network| &mut network.onnx);
+        if let Some((onnx, name)) =
+            onnx.and_then(|onnx| onnx.file().map(str::to_owned).map(|name| (onnx, name)))
+        {
+            let path = Path::new(file).with_file_name(name);
+            let bytes = orchard_input::bytes(&path, NETWORK_MAX).map_err(|e| e.to_string());
+            let read = bytes.and_then(Onnx::from_bytes);
+            *onnx = read.map_err(|e| format!("{file}: network.onnx: {}: {e}", path.display()))?;
+        }
+        Ok(config)
     })?;
     match limits::of_detector(&config) {
         Some((field, problem)) => Err(given.refuse(format!("{field}: {problem}"))),
         None => Ok(config),
     }
+}
+
+/// A detector with a network, with the figures of the detector of a camera. One that sees colour finds fruit up to the range of the camera.
+fn learned(name: &str, camera: &str) -> Result<DetectorConfig, String> {
+    let mut config = DetectorConfig::named(detector_for(camera))?.with_network(name)?;
+    if let (true, Ok(camera)) = (config.sees_colour(), CameraSpec::named(camera)) {
+        let (near, far) = camera.range();
+        let range = &mut config.segmentation.range;
+        *range = range.with_ends(near, far)?;
+    }
+    Ok(config)
+}
+
+/// A detector from the text of a file.
+fn detector_of_file(file: &str, text: &str, camera: &str) -> Result<DetectorConfig, String> {
+    let mut above = parse(file, text).map_err(|e| e.to_string())?;
+    let base = above.get("base").and_then(toml::Value::as_str).filter(|base| LEARNED.contains(base));
+    let Some(base) = base else { return DetectorConfig::from_toml(file, text).map_err(|e| e.to_string()) };
+    let mut table = toml::Table::try_from(learned(base, camera)?).map_err(|e| e.to_string())?;
+    above.remove("base");
+    overlay(&mut table, above, &[]);
+    from_table(file, table).map_err(|e| e.to_string())
 }
 
 /// Returns the name of the default detector of a camera: the one of the camera's name, or `paper` if there is none.

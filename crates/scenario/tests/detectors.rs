@@ -40,6 +40,57 @@ fn detectors_follow_from_the_noise_of_their_cameras() {
     }
 }
 
+/// A detector file may name a network beside it; the scenario holds the network, so a result can be run again without the file. What cannot be used is told with the file.
+#[test]
+fn own_networks_are_read_from_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let write = |name: &str, bytes: &[u8]| std::fs::write(folder.path().join(name), bytes).unwrap();
+    write("mine.onnx", include_bytes!("../../../configs/learned/detector.onnx"));
+    write("colour.onnx", include_bytes!("../../../configs/learned-colour/detector.onnx"));
+    write("boxes.onnx", include_bytes!("../../program/src/commands/detect/tests/red.onnx"));
+    write("text.onnx", b"no network");
+    let read = |base: &str, onnx: &str| {
+        write("own.toml", format!("base = \"{base}\"\n[network]\nonnx = \"{onnx}\"\n").as_bytes());
+        let given = OptionValue::new(at("own.toml"), "--detector");
+        orchard_scenario::detector(&given, "d435i").map_err(|e| e.to_string())
+    };
+    let named =
+        |name: &str| orchard_scenario::detector(&OptionValue::new(name, "--detector"), "d435i").unwrap();
+    // The figures are those of the camera's detector and of the base; only the network differs.
+    let mut own = read("learned", "mine.onnx").unwrap();
+    assert_ne!(own, named("learned"));
+    own.network.as_mut().unwrap().onnx = orchard_perception::Onnx::default();
+    assert_eq!(own, named("learned"));
+    assert!(read("learned-colour", "colour.onnx").unwrap().sees_colour());
+    assert_eq!(named("learned-colour").segmentation.range.si(), CameraSpec::named("d435i").unwrap().range());
+    for (onnx, problem) in [
+        ("none.onnx", "none.onnx: No such file"),
+        ("text.onnx", "text.onnx: not a model in ONNX format"),
+        ("boxes.onnx", "boxes.onnx: input 1 has shape [1, 3, "),
+    ] {
+        let refused = read("learned", onnx).unwrap_err();
+        assert!(
+            refused.contains("own.toml") && refused.contains("network.onnx") && refused.contains(problem),
+            "{refused}"
+        );
+    }
+    read("learned", "mine.onnx").unwrap();
+    let given = OptionValue::new(at("own.toml"), "--detector");
+    let options = Options { detector: Some(given), ..Options::default() };
+    let scenario = Scenario::resolve(&options, &orchard_scenario::controllers()).unwrap();
+    let stored = scenario.stored();
+    drop(folder);
+    let again = Scenario::from_stored(&stored, &orchard_scenario::controllers(), "test").unwrap();
+    assert_eq!(again.detector(), scenario.detector());
+    assert!(again.check_controllable().is_ok());
+    let options =
+        Options { detector: Some(OptionValue::new("learned-colour", "--detector")), ..Options::default() };
+    let scenario = Scenario::resolve(&options, &orchard_scenario::controllers()).unwrap();
+    let refused = scenario.check_controllable().unwrap_err();
+    assert!(refused.starts_with("detector learned-colour: it looks at colour"), "{refused}");
+}
+
 /// The detector with a network fits with the figures of the camera's own detector, or of `scored` where that one has no score; it follows a change of the camera.
 #[test]
 fn the_network_goes_with_every_camera() {

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use orchard_bench::store::write_bytes;
-use orchard_perception::{Candidate, Detection, Gate, PerceptionError, Region, candidates, fit_regions};
+use orchard_perception::{Candidate, Detection, Gate, PerceptionError, Region, candidates_in, fit_regions};
 use serde::Serialize;
 
 use self::census::Census;
@@ -38,6 +38,7 @@ use crate::picture_file;
                   Examples:\n  orchard detect --depth depth.png --intrinsics camera.json\n  \
                   orchard detect --depth depth.png --intrinsics camera.json --camera azure-kinect --picture seen.png --all\n  \
                   orchard detect --depth depth.png --intrinsics camera.json --camera d435i --detector learned\n  \
+                  orchard detect --depth d.png --intrinsics k.json --camera azure-kinect --detector learned-colour --colour c.jpg\n  \
                   orchard detect --depth d.tiff --intrinsics info.yaml --camera d435i --boxes yolo.json --colour c.jpg --picture seen.png\n  \
                   orchard detect --depth depth.png --intrinsics camera.json --range 0.4,2.5 --radius 0.02,0.045\n  \
                   orchard detect --depth d.png --intrinsics k.json --camera azure-kinect --colour c.jpg --onnx apples.onnx\n  \
@@ -139,12 +140,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return bag::run(&args.bag, file, &args.input, &args.out);
     }
     args.regions.check()?;
-    if let Some(file) =
-        args.input.colour.as_ref().filter(|_| args.picture.is_none() && !args.regions.use_colour())
-    {
-        return Err(Failure::BadInput(format!("--colour {}: needs --picture or --onnx", file.display())));
-    }
     let input = args.input.read()?;
+    let unused = args.picture.is_none() && !args.regions.use_colour() && !input.config.sees_colour();
+    if let Some(file) = args.input.colour.as_ref().filter(|_| unused) {
+        let problem = "needs --picture, --onnx or a detector that sees colour";
+        return Err(Failure::BadInput(format!("--colour {}: {problem}", file.display())));
+    }
     let images = [args.input.depth.as_ref(), args.input.colour.as_ref()];
     let images: Vec<&Path> = images.into_iter().flatten().map(PathBuf::as_path).collect();
     let regions = args.regions.read(&input, &images)?;
@@ -193,11 +194,12 @@ struct Spheres {
 
 /// Finds spheres in the image, or in its regions.
 fn find(input: &Input, regions: Option<&[Found]>) -> Result<Spheres, Failure> {
-    let Input { depth, intrinsics, mask, config, .. } = input;
+    let Input { depth, intrinsics, mask, config, colour, .. } = input;
     let told = |e: PerceptionError| Failure::BadInput(e.to_string());
     let mut found = match regions {
         None => {
-            let all = candidates(depth, intrinsics, mask.as_ref(), config).map_err(told)?;
+            let all =
+                candidates_in(depth, colour.as_ref(), intrinsics, mask.as_ref(), config).map_err(told)?;
             let (accepted, refused) = all.into_iter().partition(|c| c.refused_by.is_none());
             let accepted: Vec<Candidate> = accepted;
             Spheres { accepted: accepted.into_iter().map(|c| (c.detection, None)).collect(), refused }

@@ -64,7 +64,7 @@ impl Trees for FakeTrees {
             }
         }
         let reachable = vec![true; fruit.len()];
-        Ok(RestingTree { scene, fruit, reachable })
+        Ok(RestingTree { picture: scene.clone(), scene, fruit, reachable })
     }
 }
 

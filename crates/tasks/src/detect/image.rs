@@ -1,9 +1,10 @@
 //! Depth images of a tree: the detector's input and the ground truth.
 
+use orchard_camera::picture::Studio;
 use orchard_camera::{Frame, FruitView, ImageKey, Scene, Sensor, fruit_views};
 use orchard_geometry::{DepthImage, Image, Intrinsics, Pose, Vec3};
 use orchard_perception::mask::ground_mask;
-use orchard_perception::{Detection, DetectorConfig, PerceptionError, detect};
+use orchard_perception::{Detection, DetectorConfig, PerceptionError, candidates_in, detect};
 
 /// One image: input of the detector and ground truth.
 pub(crate) struct View {
@@ -18,16 +19,18 @@ pub(crate) struct View {
 /// Input of the detector.
 pub(crate) struct DetectorInput {
     pub(crate) depth: DepthImage,
+    /// Colour, for a detector that looks at it.
+    pub(crate) colour: Option<Image<[u8; 3]>>,
     pub(crate) intrinsics: Intrinsics,
     /// Pixels of the ground, by the camera's pose.
     pub(crate) ignored: Image<bool>,
 }
 
 impl View {
-    /// Takes an image.
+    /// Takes an image, with colour if there is a `studio`.
     pub(crate) fn take(
         sensor: &Sensor,
-        scene: &Scene,
+        (scene, studio): (&Scene, Option<&Studio<'_>>),
         x_world_camera: &Pose,
         key: ImageKey,
         ground_margin: f64,
@@ -38,7 +41,8 @@ impl View {
         let up_camera = x_world_camera.rotation.inverse() * Vec3::z();
         let height = x_world_camera.translation.z;
         let ignored = ground_mask(&capture.measured, &intrinsics, &up_camera, height, ground_margin);
-        let sight = DetectorInput { depth: capture.measured, intrinsics, ignored };
+        let colour = studio.map(|studio| studio.picture(&intrinsics, x_world_camera));
+        let sight = DetectorInput { depth: capture.measured, colour, intrinsics, ignored };
         Self { sight, x_world_camera: *x_world_camera, truth: capture.truth, fruit }
     }
 }
@@ -46,7 +50,12 @@ impl View {
 impl DetectorInput {
     /// Runs the detector on the image.
     pub(crate) fn detect(&self, config: &DetectorConfig) -> Result<Vec<Detection>, PerceptionError> {
-        detect(&self.depth, &self.intrinsics, Some(&self.ignored), config)
+        let Self { depth, colour, intrinsics, ignored } = self;
+        if colour.is_none() {
+            return detect(depth, intrinsics, Some(ignored), config);
+        }
+        let all = candidates_in(depth, colour.as_ref(), intrinsics, Some(ignored), config)?;
+        Ok(all.into_iter().filter(|c| c.refused_by.is_none()).map(|c| c.detection).collect())
     }
 
     /// Runs the detector on the image; returns its detections, and the spheres of at least `least` that its score alone refused.

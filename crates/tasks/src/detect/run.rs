@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use orchard_bench::PlanError;
 use orchard_bench::store::StoreError;
 use orchard_bench::task::{Progress, RunError, Session, Task, TaskResult, run_task};
+use orchard_camera::picture::{PictureStyle, Studio};
 use orchard_camera::{Geometry, ImageKey, Label, Scene, Sensor};
 use orchard_geometry::{Pose, Vec3, transform};
 use orchard_perception::{Detection, DetectorConfig, PerceptionError, Sighting, Tracker};
@@ -23,6 +24,9 @@ use crate::json::array;
 use crate::matching::{Ball, match_detections};
 use crate::vantage::vantages;
 use crate::zones::ZoneFrame;
+
+/// Samples a side of a pixel of the colour images, as data sets have by default: our own choice.
+const SAMPLES: usize = 2;
 
 /// A finished run.
 pub type DetectResult = TaskResult<DetectRecord, DetectSummary>;
@@ -140,10 +144,12 @@ impl<T: Trees> Views<'_, T> {
                 )));
             }
             let margin = self.plan.detector.mask.ground_margin.si();
+            let style = PictureStyle { supersampling: SAMPLES, ..PictureStyle::default() };
+            let studio = self.plan.detector.sees_colour().then(|| Studio::new(&tree.picture, &style));
             // A view has the same noise at every density.
             let image = |(number, x): (u32, &Pose)| {
                 let noise = ImageKey { seed: key.seed, world: key.world, frame: number };
-                View::take(&self.sensor, &tree.scene, x, noise, margin)
+                View::take(&self.sensor, (&tree.scene, studio.as_ref()), x, noise, margin)
             };
             let views: Vec<View> = (0..).zip(&stand.x_world_camera).map(image).collect();
             densities.push(self.density(foliage, &tree.scene, &views, &stand, &mut step)?);

@@ -25,7 +25,7 @@ fn view() -> (View, Vec<Ball>) {
     scene.push(limb, Pose::from_parts(Vec3::new(-0.3, 0.2, 1.0).into(), upright), Label::Wood, 9);
     let view = View::take(
         &Sensor::new(&Spec::paper().camera),
-        &scene,
+        (&scene, None),
         &Pose::identity(),
         ImageKey { seed: 0, world: 0, frame: 0 },
         0.06,

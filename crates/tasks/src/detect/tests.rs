@@ -192,6 +192,18 @@ fn spheres_below_the_threshold_are_recorded() {
     assert_eq!(tree.variants[0].images, detections);
 }
 
+/// A detector that looks at colour gets a picture of each view: without one no tree would have a record.
+#[test]
+fn a_detector_of_colour_gets_colour() {
+    let mut plan = DetectPlan { seeds: vec![7], trees: 1, ..plan() };
+    plan.detector = orchard_perception::DetectorConfig::named("learned-colour").unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let tree = go(folder.path(), &plan, 1, &CountingProgress::default()).records.remove(0);
+    assert_eq!(tree.quarantined, None);
+    let images = tree.densities.iter().flat_map(|density| &density.images);
+    assert!(images.flat_map(|image| &image.detections).any(|d| d.fruit.is_some()));
+}
+
 /// Two trees at foliage 0, worked out by hand, and nothing at the other densities.
 fn two_trees(plan: &DetectPlan) -> Vec<DetectRecord> {
     use Zone::{LowerInner, MiddleInner, UpperOuter};

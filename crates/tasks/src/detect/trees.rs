@@ -9,6 +9,8 @@ use orchard_world::truth::FruitTruth;
 pub struct RestingTree {
     /// Scene without robot.
     pub scene: Scene,
+    /// The same scene as colour pictures show it.
+    pub picture: Scene,
     /// Every fruit, by its instance number in the scene.
     pub fruit: Vec<FruitTruth>,
     /// True if each fruit counts as reachable, for the zone frame.
@@ -30,8 +32,10 @@ impl Trees for Scenario {
         let mut spec = (**self.spec()).clone();
         spec.foliage.density = spec.foliage.density.with_value(foliage)?;
         let world = self.with_spec(spec).world(seed, world, 0).map_err(|e| e.to_string())?;
-        let mut scene = world.scene();
-        scene.items.retain(|item| item.label != Label::Robot);
-        Ok(RestingTree { scene, fruit: world.fruit_truth(), reachable: world.reachable() })
+        let (mut scene, mut picture) = (world.scene(), world.picture_scene());
+        for scene in [&mut scene, &mut picture] {
+            scene.items.retain(|item| item.label != Label::Robot);
+        }
+        Ok(RestingTree { scene, picture, fruit: world.fruit_truth(), reachable: world.reachable() })
     }
 }

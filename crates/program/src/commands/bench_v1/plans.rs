@@ -126,7 +126,8 @@ fn fits(task: TaskName, scenario: &Scenario) -> Result<(), String> {
         TaskName::Scaling if scenario.digitised_tree().is_some() => {
             Err("it needs grown trees, but --tree gives a digitised one".to_owned())
         }
-        _ => Ok(()),
+        TaskName::Detect => Ok(()),
+        _ => scenario.check_controllable(),
     }
 }
 

@@ -53,6 +53,11 @@ pub fn run(args: &BagArgs, file: &Path, options: &InputArgs, out: &Path) -> Resu
         return Err(Failure::BadInput(line));
     }
     let config = options.detector()?;
+    if config.sees_colour() {
+        let name = options.detector_name();
+        let problem = "it looks at colour; of a bag only the depth images are read";
+        return Err(Failure::BadInput(format!("--detector {name} with --mcap: {problem}")));
+    }
     options.check_unit()?;
     let topic = args.topic.clone().unwrap_or_default();
     let info_topic = args.info_topic.clone().unwrap_or_else(|| info_topic_of(&topic));

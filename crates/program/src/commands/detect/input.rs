@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use orchard_exchange::intrinsics::{Lens, OfImage};
 use orchard_exchange::{colour_image, depth_image, depth_png, intrinsics};
 use orchard_geometry::{DepthImage, Image, Intrinsics, Vec3};
-use orchard_perception::config::LEARNED;
 use orchard_perception::{DetectorConfig, mask};
 use orchard_quantity::{Span, Unit};
 
@@ -31,7 +30,7 @@ pub struct InputArgs {
     /// floating-point numbers
     #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
     pub unit: Option<f64>,
-    /// Colour image of the same view and size, PNG or JPEG, for --picture or --onnx
+    /// Colour image of the same view and size, PNG or JPEG, for --picture, --onnx or a detector that sees colour
     #[arg(long, value_name = "IMAGE")]
     pub colour: Option<PathBuf>,
     /// Working range in depth [m] instead of the detector's own
@@ -43,10 +42,10 @@ pub struct InputArgs {
     /// Mask of pixels to ignore, such as the robot's: 1-bit or 8-bit grey PNG; black pixels are kept
     #[arg(long, value_name = "MASK.png")]
     pub mask: Option<PathBuf>,
-    /// Detector, or a file of changed figures; by default that of --camera, or paper; `orchard detectors` lists the detectors
+    /// Detector, or a file of changed figures or of a network of your own; by default that of --camera, or paper; `orchard detectors` lists the detectors
     #[arg(long = "detector", alias = "config", value_name = "NAME|FILE.toml")]
     config: Option<String>,
-    /// Camera that took the image, for its detector, or the figures of its noise for --detector learned: d435i, d435i-aligned, zed-mini,
+    /// Camera that took the image, for its detector, or the figures of its noise for a detector with a network: d435i, d435i-aligned, zed-mini,
     /// azure-kinect, azure-kinect-native
     #[arg(long, value_name = "NAME")]
     camera: Option<String>,
@@ -90,15 +89,15 @@ impl InputArgs {
     pub fn detector(&self) -> Result<DetectorConfig, Failure> {
         if let Some(camera) = &self.camera {
             CameraSpec::named(camera).map_err(|e| Failure::BadInput(format!("--camera {camera}: {e}")))?;
-            if let Some(name) = self.config.as_ref().filter(|name| *name != LEARNED) {
-                let problem = "give one of the two; only --detector learned has figures of a camera";
-                return Err(Failure::BadInput(format!("--camera {camera} and --detector {name}: {problem}")));
-            }
         }
         let given = OptionValue::new(self.detector_name(), "--detector");
         let camera = self.camera.as_deref().unwrap_or_default();
         let mut config =
             orchard_scenario::detector(&given, camera).map_err(|e| Failure::BadInput(e.to_string()))?;
+        if let (Some(camera), Some(name), true) = (&self.camera, &self.config, config.network.is_none()) {
+            let problem = "give one of the two; only detectors with a network, such as learned, have figures of a camera";
+            return Err(Failure::BadInput(format!("--camera {camera} and --detector {name}: {problem}")));
+        }
         let told = |option: &str, (a, b): (f64, f64), e: String| {
             Failure::BadInput(format!("{option} {a},{b} [m]: {e}"))
         };
@@ -141,6 +140,12 @@ impl InputArgs {
         let unit = self.unit.or(camera.unit).unwrap_or(raw.usual_unit());
         let mut depth = raw.depth(unit).map_err(|e| bad("--depth", depth_file, e))?;
         let mut colour = self.read_colour(&intrinsics)?;
+        if config.sees_colour() && colour.is_none() {
+            let name = self.detector_name();
+            return Err(Failure::BadInput(format!(
+                "--detector {name}: it looks at colour; --colour IMAGE is needed"
+            )));
+        }
         if let Some(lens) = &lens {
             depth = lens.undone(&depth, &intrinsics, 0.0);
             colour = colour.map(|colour| lens.undone(&colour, &intrinsics, [0; 3]));

@@ -113,6 +113,27 @@ fn a_camera_brings_its_detector() {
     assert!(text.contains("\"config\": \"learned\""), "{text}");
 }
 
+/// A detector that looks at colour needs --colour, and takes the figures of --camera; so does a file that is based on it.
+#[test]
+fn a_detector_of_colour_needs_the_colour_image() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let (k, ..) = view(folder.path());
+    let grey = orchard_geometry::Image::filled(k.width, k.height, [90; 3]);
+    std::fs::write(at("colour.png"), orchard_exchange::image_png::write_rgb(&grey).unwrap()).unwrap();
+    let files = format!("--depth {} --intrinsics {} --camera d435i", at("depth.png"), at("camera.json"));
+    let line = refused(&format!("{files} --detector learned-colour"));
+    assert_eq!(line, "--detector learned-colour: it looks at colour; --colour IMAGE is needed");
+    let line = refused(&format!("{files} --detector learned --colour {}", at("colour.png")));
+    assert!(line.ends_with("needs --picture, --onnx or a detector that sees colour"), "{line}");
+    std::fs::write(at("mine.toml"), "base = \"learned-colour\"\n[network]\nleast = { value = 0.1, range = [0.0, 1.0], unit = \"1\", source = \"detector\" }\n").unwrap();
+    for detector in ["learned-colour".to_owned(), at("mine.toml")] {
+        let colour = at("colour.png");
+        command(&format!("{files} --detector {detector} --colour {colour} --out {}", at("found.json")))
+            .unwrap();
+    }
+}
+
 #[test]
 fn what_cannot_be_used_is_told_with_file_field_and_range() {
     let folder = tempfile::tempdir().unwrap();

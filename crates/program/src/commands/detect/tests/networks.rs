@@ -96,5 +96,5 @@ fn what_is_no_detector_is_told() {
         assert!(Cli::try_parse_from(words).is_err(), "{words:?}");
     }
     let line = refused(&inputs);
-    assert!(line.contains("--colour") && line.contains("--picture or --onnx"), "{line}");
+    assert!(line.contains("--colour") && line.contains("needs --picture, --onnx or a detector"), "{line}");
 }
