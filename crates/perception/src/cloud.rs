@@ -142,6 +142,11 @@ impl Cloud {
         self.usable_z[i]
     }
 
+    /// Returns the same of several pixels side by side.
+    pub(crate) fn usable_row(&self, pixels: std::ops::RangeInclusive<usize>) -> &[f64] {
+        &self.usable_z[pixels]
+    }
+
     /// Returns the state of a pixel.
     pub(crate) fn pixel(&self, i: usize) -> Pixel {
         self.pixels[i]
@@ -219,8 +224,8 @@ impl Cloud {
     }
 
     /// Calls `f` with depths \[m\] and slopes x/z, side by side, and the slope y/z of the pixels in every `step`-th column and row of those
-    /// whose rays meet a ball, row by row. The depth is zero where none is usable. Pixels beside the ball may be among them. Returns the
-    /// number of pixels looked at.
+    /// whose rays meet a ball, row by row. The depth is zero where none is usable and behind the last. Returns the number of pixels looked
+    /// at.
     #[inline]
     pub(crate) fn sample_in_ball(
         &self,
@@ -232,7 +237,7 @@ impl Cloud {
         let mut pixels = 0;
         self.rows_of_ball(c, radius, step, |v, (u0, u1)| {
             let (row, y) = (v * self.width, self.slope_y[v] as f32);
-            let (zs, xs) = (&self.short_z[row..row + self.width], &self.short_x[..]);
+            let (zs, xs) = (&self.short_z[row..row + u1], &self.short_x[..u1]);
             let mut u = u0.next_multiple_of(step);
             while u < u1 {
                 let whole = (zs.get(u..u + LANES), xs.get(u..u + LANES));
@@ -240,7 +245,7 @@ impl Cloud {
                     f(z, x, y);
                 } else {
                     let (mut z, mut x) = ([0.0; LANES], [0.0; LANES]);
-                    let taken = (u..self.width).step_by(step);
+                    let taken = (u..u1).step_by(step);
                     for ((z, x), at) in z.iter_mut().zip(&mut x).zip(taken) {
                         (*z, *x) = (zs[at], xs[at]);
                     }

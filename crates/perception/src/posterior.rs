@@ -10,15 +10,18 @@ use orchard_geometry::Vec3;
 /// Band in which pixels pull at the sphere, as a multiple of the noise band. Their weight falls smoothly to zero at its ends (Tukey's
 /// biweight).
 const PULL: f64 = 1.2;
+/// Largest distance by which a pixel's ray may pass a sphere by, as a share of the band.
+const BESIDE: f64 = 0.5;
 /// First band over the radius of the sphere to start from; it is halved at each step.
 const FIRST_BAND: f64 = 0.2;
 /// Largest number of steps.
 const STEPS: usize = 7;
 /// Pixels along the radius of a sphere; of larger ones every second, third .. column and row is looked at.
 const SAMPLES: f64 = 6.0;
-/// A sphere that has moved so far from its start, as a share of the start's radius, and is larger than the prior's mean by more than a
-/// standard deviation slides along a plane.
-const SLID: f64 = 0.6;
+/// A sphere that slides along a plane has moved from its start by more than this share of the start's radius and this many standard
+/// deviations of the depth noise.
+const SLID: f64 = 0.5;
+const SLID_DEVIATIONS: f64 = 2.0;
 /// A step of the centre below this ends the search \[m\].
 const SETTLED: f64 = 5e-4;
 /// Least sum of weights that determines a sphere.
@@ -85,12 +88,12 @@ impl Posterior {
         Some(sphere)
     }
 
-    /// True if the surface under a sphere is none of a fruit: on a plane a sphere grows and moves away from where it started.
+    /// True if a sphere slides along a plane, where it moves away from its start and grows until the prior holds it: larger than the
+    /// prior's mean by more than a standard deviation.
     fn slides(&self, start: &Sphere, sphere: &Sphere) -> bool {
-        self.prior.is_some_and(|(mean, sd)| {
-            let moved = (sphere.center - start.center).norm();
-            sphere.radius > mean + sd && moved > SLID * start.radius
-        })
+        let far = SLID * start.radius + SLID_DEVIATIONS * self.noise.deviation(sphere.center.z);
+        self.prior.is_some_and(|(mean, sd)| sphere.radius > mean + sd)
+            && (sphere.center - start.center).norm() > far
     }
 
     /// Returns the standard deviations of a sphere.
@@ -106,7 +109,8 @@ impl Posterior {
     }
 
     /// Normal equations a x = b of a step x of centre and radius: those of the residuals |p - c| - R of the pixels near the sphere's near
-    /// side, weighted by the noise, and of the prior.
+    /// side, weighted by the noise, and of the prior. Pixels whose rays pass the sphere by at a distance are left out, however near
+    /// their points: edges are blurred there.
     fn equations(
         &self,
         cloud: &Cloud,
@@ -119,9 +123,10 @@ impl Posterior {
         // A float-to-integer cast saturates.
         let spacing = ((radius_px / SAMPLES) as usize).clamp(1, cloud.width);
         let mut sums = Sums::new(sphere, band);
-        let looked_at = cloud.sample_in_ball(&sphere.center, sphere.radius + band, spacing, |z, x, y| {
-            sums.add(z, x, y);
-        });
+        let looked_at =
+            cloud.sample_in_ball(&sphere.center, sphere.radius + BESIDE * band, spacing, |z, x, y| {
+                sums.add(z, x, y);
+            });
         accesses(looked_at);
         let [sampled, nx, ny, nz, xx, xy, xz, yy, yz, zz, residuals, px, py, pz] = sums.total();
         let pixels_each = (spacing * spacing) as f64;

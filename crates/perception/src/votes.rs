@@ -125,7 +125,7 @@ fn vote(
     let step = ((WINDOW * radius_px / STEPS as f64 + 0.5) as usize).clamp(1, cloud.width.max(cloud.height));
     let z_seed = cloud.usable_z(v * cloud.width + u);
     let reach = radius.max(noise.jump(z_seed));
-    let counts = |z: f64| z > 0.0 && (z - z_seed).abs() <= reach;
+    let counts = |z: f64| (z > 0.0) & ((z - z_seed).abs() <= reach);
     let plane = whole_plane(cloud, inverse, (u, v), step, counts)
         .or_else(|| plane(cloud, inverse, (u, v), step, counts))?;
     // 1/z = m . ray, so that m . p = 1 on the plane and m points away from the camera.
@@ -156,14 +156,18 @@ fn whole_plane(
         return None;
     }
     let (mut all, mut sum, mut right, mut down) = (true, 0.0, 0.0, 0.0);
-    for j in 0..SIDE {
+    for (j, offset) in OFFSETS.iter().enumerate() {
         let first = (v0 + j * step) * cloud.width + u0;
-        let row: [f64; SIDE] = std::array::from_fn(|i| inverse[first + i * step]);
-        all &= (0..SIDE).all(|i| counts(cloud.usable_z(first + i * step)));
-        let of_row: f64 = row.iter().sum();
+        let columns = first..=first + (SIDE - 1) * step;
+        let (zs, inverse) = (cloud.usable_row(columns.clone()), &inverse[columns]);
+        let mut of_row = 0.0;
+        for (i, at) in OFFSETS.iter().zip((0..).step_by(step)) {
+            all &= counts(zs[at]);
+            of_row += inverse[at];
+            right += i * inverse[at];
+        }
         sum += of_row;
-        right += row.iter().zip(OFFSETS).map(|(x, i)| x * i).sum::<f64>();
-        down += OFFSETS[j] * of_row;
+        down += offset * of_row;
     }
     let squares = SIDE as f64 * OFFSETS.iter().map(|i| i * i).sum::<f64>() * step as f64;
     all.then_some(Plane { middle: sum / (SIDE * SIDE) as f64, right: right / squares, down: down / squares })
