@@ -426,3 +426,31 @@ pub(crate) fn check(
     let finite = [fx, fy, cx, cy].iter().all(|x| x.is_finite());
     if finite && fx > 0.0 && fy > 0.0 { Ok(()) } else { Err(PerceptionError::Intrinsics { fx, fy, cx, cy }) }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Pixels of disc and ring are those whose rays pass the centre at the asked distances.
+    #[test]
+    fn disc_and_ring_are_told_by_the_distance_of_rays() {
+        let k = Intrinsics { width: 60, height: 40, fx: 55.0, fy: 50.0, cx: 28.3, cy: 21.9 };
+        let depth = DepthImage::filled(60, 40, 1.0);
+        let cloud = Cloud::new(&depth, &k, None, (0.1, 9.0), 1).unwrap();
+        for c in [Vec3::new(0.1, -0.05, 0.9), Vec3::new(-0.5, 0.35, 1.1), Vec3::new(2.0, 0.0, 1.0)] {
+            let radii = [0.08, 0.12, 0.2];
+            let (mut disc, mut ring) = (Vec::new(), Vec::new());
+            let pixels = |row: Row<'_>| row.first..row.first + row.z.len();
+            cloud.disc_and_ring(&c, radii, |row| disc.extend(pixels(row)), |row| ring.extend(pixels(row)));
+            let within = |i: usize, radius: f64| {
+                let (u, v) = cloud.uv(i);
+                let ray = cloud.ray(u, v);
+                (c - ray * (ray.dot(&c) / ray.norm_squared())).norm() <= radius
+            };
+            let all = 0..cloud.len();
+            assert_eq!(disc, all.clone().filter(|i| within(*i, radii[0])).collect::<Vec<_>>());
+            let between = |i: &usize| within(*i, radii[2]) && !within(*i, radii[1]);
+            assert_eq!(ring, all.filter(between).collect::<Vec<_>>());
+        }
+    }
+}

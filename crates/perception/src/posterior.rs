@@ -242,3 +242,42 @@ impl Sums {
         self.sums.map(|lanes| lanes.iter().map(|x| f64::from(*x)).sum())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use orchard_geometry::{DepthImage, Image, Intrinsics};
+
+    const BALL: Sphere = Sphere { center: Vec3::new(0.02, -0.03, 2.0), radius: 0.036 };
+
+    const WALL: f64 = 2.8;
+
+    /// A ball before a wall, or the wall alone.
+    fn cloud(k: &Intrinsics, ball: bool) -> Cloud {
+        let mut depth: DepthImage = Image::filled(k.width, k.height, WALL as f32);
+        for v in 0..k.height {
+            for u in 0..k.width {
+                let ray = k.ray(u as f64, v as f64);
+                let (along, square) = (ray.dot(&BALL.center), ray.norm_squared());
+                let root = along * along - square * (BALL.center.norm_squared() - BALL.radius * BALL.radius);
+                if ball && root >= 0.0 {
+                    depth[(u, v)] = ((along - root.sqrt()) / square) as f32;
+                }
+            }
+        }
+        Cloud::new(&depth, k, None, (0.3, 3.0), 1).unwrap()
+    }
+
+    #[test]
+    fn a_sphere_settles_on_a_ball_and_is_given_up_on_a_wall() {
+        let k = Intrinsics::from_vertical_fov(640, 576, 1.13);
+        let posterior = Posterior::new(&DetectorConfig::named("azure-kinect-native").unwrap());
+        let start = Sphere { center: BALL.center + Vec3::new(0.004, -0.003, 0.005), radius: 0.035 };
+        let found = posterior.settle(&cloud(&k, true), &start, |_| ()).unwrap();
+        assert!((found.center - BALL.center).norm() < 2e-3, "{found:?}");
+        assert!((found.radius - BALL.radius).abs() < 2e-3, "{found:?}");
+        let wall = cloud(&k, false);
+        let on_wall = Sphere { center: Vec3::new(0.02, -0.03, WALL + 0.01), radius: 0.035 };
+        assert_eq!(posterior.settle(&wall, &on_wall, |_| ()), None);
+    }
+}
