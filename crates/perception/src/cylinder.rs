@@ -21,20 +21,20 @@ pub(crate) fn best_rms(points: &[Vec3]) -> f64 {
     let mean = points.iter().sum::<Vec3>() / points.len().max(1) as f64;
     let moments = Moments::new(points.iter().map(|p| p - mean));
     let mut best: (f64, Vec3, Option<Circle>) = (f64::INFINITY, Vec3::z(), None);
-    let consider = |best: &mut (f64, Vec3, Option<Circle>), axis: Vec3| {
-        if let Some(circle) = moments.circle(&axis).filter(|circle| circle.rms < best.0) {
-            *best = (circle.rms, axis, Some(circle));
+    let consider = |best: &mut (f64, Vec3, Option<Circle>), axis: &Axis| {
+        if let Some(circle) = moments.circle(axis).filter(|circle| circle.rms < best.0) {
+            *best = (circle.rms, axis.along, Some(circle));
         }
     };
     for axis in coarse_directions() {
-        consider(&mut best, *axis);
+        consider(&mut best, axis);
     }
     let mut step = FIRST_STEP;
     for _ in 0..HALVINGS {
         let (e1, e2) = across(&best.1);
         for (a, b) in [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)] {
             let axis = best.1 + (e1 * a + e2 * b) * step;
-            consider(&mut best, axis.normalize());
+            consider(&mut best, &Axis::new(axis.normalize()));
         }
         step *= 0.5;
     }
@@ -46,9 +46,30 @@ pub(crate) fn best_rms(points: &[Vec3]) -> f64 {
 }
 
 /// Directions of the coarse search.
-fn coarse_directions() -> &'static [Vec3; DIRECTIONS] {
-    static ALL: OnceLock<[Vec3; DIRECTIONS]> = OnceLock::new();
-    ALL.get_or_init(|| std::array::from_fn(|i| half_sphere_direction(i, DIRECTIONS)))
+fn coarse_directions() -> &'static [Axis; DIRECTIONS] {
+    static ALL: OnceLock<[Axis; DIRECTIONS]> = OnceLock::new();
+    ALL.get_or_init(|| std::array::from_fn(|i| Axis::new(half_sphere_direction(i, DIRECTIONS))))
+}
+
+/// Direction of a cylinder's axis, with two across it and the weights w of the products k in the squared distance from it.
+struct Axis {
+    along: Vec3,
+    across: (Vec3, Vec3),
+    w: Vector6<f64>,
+}
+
+impl Axis {
+    fn new(a: Vec3) -> Self {
+        let w = Vector6::new(
+            1.0 - a.x * a.x,
+            1.0 - a.y * a.y,
+            1.0 - a.z * a.z,
+            -2.0 * a.x * a.y,
+            -2.0 * a.x * a.z,
+            -2.0 * a.y * a.z,
+        );
+        Self { along: a, across: across(&a), w }
+    }
 }
 
 /// Returns point `i` of `n` of a Fibonacci lattice over the half sphere z > 0.
@@ -100,21 +121,12 @@ impl Moments {
     }
 
     /// Returns the least-squares circle of the points projected along an axis; `None` if they are a line.
-    fn circle(&self, axis: &Vec3) -> Option<Circle> {
-        let (e1, e2) = across(axis);
+    fn circle(&self, axis: &Axis) -> Option<Circle> {
+        let Axis { across: (e1, e2), w, .. } = axis;
         let k = &self.k;
         let second = orchard_geometry::Mat3::new(k[0], k[3], k[4], k[3], k[1], k[5], k[4], k[5], k[2]);
         let (second_e1, second_e2) = (second * e1, second * e2);
         let (sxx, sxy, syy) = (e1.dot(&second_e1), e1.dot(&second_e2), e2.dot(&second_e2));
-        let a = axis;
-        let w = Vector6::new(
-            1.0 - a.x * a.x,
-            1.0 - a.y * a.y,
-            1.0 - a.z * a.z,
-            -2.0 * a.x * a.y,
-            -2.0 * a.x * a.z,
-            -2.0 * a.y * a.z,
-        );
         let square = w.dot(k);
         let det = sxx * syy - sxy * sxy;
         let flatness = det / (square * square);

@@ -82,7 +82,8 @@ pub(crate) fn sphere(
     if z <= radius || matches!(refused_by, Some(Gate::MinPixels | Gate::Radius)) {
         return Ok(None);
     }
-    let found = Report::new(&cloud, &part.intrinsics, config).of(&Hypothesis { sphere, support }, refused_by);
+    let report = Report::new(&cloud, &part.intrinsics, config);
+    let found = report.of(&report.judged(&Hypothesis { sphere, support }, refused_by));
     Ok(Some(part.in_image(found)))
 }
 

@@ -1,6 +1,6 @@
 //! Evidence for and against a sphere: how well the pixels of its disc and those around it agree with a fruit.
 
-use crate::cloud::{Cloud, Pixel};
+use crate::cloud::{Cloud, Pixel, Row};
 use crate::config::DetectorConfig;
 use crate::cylinder;
 use crate::noise::Noise;
@@ -64,17 +64,17 @@ impl Examiner {
         Self { noise: Noise::new(config), hides: config.gates.hidden.limit.si(), ramp: config.fit.ramp.si() }
     }
 
-    /// Measures the evidence for a sphere.
-    pub(crate) fn examine(&self, cloud: &Cloud, hypothesis: &Hypothesis) -> Evidence {
+    /// Measures the evidence for a sphere; returns it with the root mean square of the radial residual \[m\].
+    pub(crate) fn examine(&self, cloud: &Cloud, hypothesis: &Hypothesis) -> (Evidence, f64) {
         let Hypothesis { sphere, support } = hypothesis;
         let hides = self.hides.max(self.noise.band(sphere.center.z));
         let outline = outline::trace(cloud, sphere, hides);
         let shares = self.shares(cloud, hypothesis, hides);
-        let points: Vec<Vec3> = support.iter().map(|&i| cloud.point(i)).collect();
+        let points = cloud.points(support);
         let rms = sphere.rms(points.iter().copied());
         let ratio = |a: f64, b: f64| if b > 0.0 { (a / b).min(LARGEST_RATIO) } else { LARGEST_RATIO };
         let metres = |px: f64| px * sphere.center.z / cloud.focal;
-        Evidence {
+        let evidence = Evidence {
             misfit: ratio(rms, self.noise.deviation(sphere.center.z)),
             flatness: ratio(rms, plane_rms(&points)),
             roundness: ratio(rms, cylinder::best_rms(&points)),
@@ -83,7 +83,8 @@ impl Examiner {
             outline_radius: outline.circle.map(|circle| metres(circle.radius)),
             radius: sphere.radius,
             ..shares
-        }
+        };
+        (evidence, rms)
     }
 
     /// Measures the shares of disc and ring; the other fields are zero. The ramp that the camera makes of an edge counts for neither.
@@ -93,38 +94,53 @@ impl Examiner {
         let ramp = (self.ramp * c.z / (radius * cloud.focal)).min(WIDEST_RAMP);
         let (center_u, center_v) = cloud.intrinsics.project(c).unwrap_or((0.0, 0.0));
         let square = |x: f64| x * x;
-        let (mut on, mut hidden, mut through, mut before, mut holes) = (0.0, 0.0, 0.0, 0.0, 0.0);
-        let (mut ring, mut beyond) = (0.0_f64, 0.0);
+        let (c_square, r_square, near_rim) = (c.norm_squared(), square(radius), square(radius * NEAR_RIM));
+        let widest = square(band) * r_square;
+        let mut n = Counts::default();
         let mut rim = [false; 8];
-        cloud.rays_of_ball(c, RING * radius, |i, ray| {
-            let along = ray.dot(c) / ray.norm_squared();
-            // Square of the distance between ray and centre, in radii.
-            let off_axis = (c - ray * along).norm_squared() / square(radius);
-            let z = cloud.z(i);
-            if off_axis < square(1.0 - ramp) {
-                let cosine = (1.0 - off_axis).sqrt();
-                let z_sphere = along - radius * cosine / ray.norm();
-                let residual = (z - z_sphere) * cosine;
-                if z <= 0.0 {
-                    holes += 1.0;
-                } else if cloud.pixel(i) == Pixel::Masked || z < z_sphere - hides {
-                    hidden += 1.0;
-                } else if residual.abs() <= band {
-                    on += 1.0;
-                    if off_axis > square(NEAR_RIM) {
-                        let (u, v) = cloud.uv(i);
-                        rim[octant(u as f64 - center_u, v as f64 - center_v)] = true;
-                    }
-                } else if residual > 0.0 {
-                    through += 1.0;
-                } else {
-                    before += 1.0;
-                }
-            } else if off_axis > square(1.0 + ramp) && !(z > 0.0 && z < c.z - radius) {
-                ring += 1.0;
-                beyond += f64::from(u8::from(z <= 0.0 || z > c.z + BEYOND * radius));
+        let disc = |row: Row<'_>| {
+            let below = row.v as f64 - center_v;
+            // Pixels on the sphere near its rim, by side and by whether they are farther aside than below.
+            let mut rims = [0_u32; 4];
+            for (((&z, &x), &pixel), k) in row.z.iter().zip(row.x).zip(row.pixels).zip(0_u32..) {
+                // No branch depends on a pixel. The ray's nearest point to the centre is ray * along / ray_square.
+                let ray = Vec3::new(x, row.y, 1.0);
+                let (along, ray_square) = (ray.dot(c), ray.norm_squared());
+                let inverse = 1.0 / ray_square;
+                let off_square = c_square - along * along * inverse;
+                let half_chord = (r_square - off_square).max(0.0);
+                let z_sphere = along * inverse - (half_chord * inverse).sqrt();
+                let empty = z <= 0.0;
+                let hides = !empty & ((pixel == Pixel::Masked) | (z < z_sphere - hides));
+                let seen = !empty & !hides;
+                // Square of the residual along the normal, times that of the radius.
+                let on = seen & (square(z - z_sphere) * half_chord <= widest);
+                n.holes += u32::from(empty);
+                n.hidden += u32::from(hides);
+                n.on += u32::from(on);
+                n.through += u32::from(seen & !on & (z > z_sphere));
+                n.before += u32::from(seen & !on & (z <= z_sphere));
+                let aside = (row.u as f64 + f64::from(k)) - center_u;
+                let place = usize::from(aside > 0.0) + 2 * usize::from(aside.abs() > below.abs());
+                rims[place] += u32::from(on & (off_square > near_rim));
             }
-        });
+            for (k, _) in rims.iter().enumerate().filter(|(_, count)| **count > 0) {
+                rim[2 * k + usize::from(below > 0.0)] = true;
+            }
+        };
+        let (front, behind) = (c.z - radius, c.z + BEYOND * radius);
+        let (mut in_ring, mut in_beyond) = (0_u32, 0_u32);
+        let ring = |row: Row<'_>| {
+            for &z in row.z {
+                let empty = z <= 0.0;
+                in_ring += u32::from(empty | (z >= front));
+                in_beyond += u32::from(empty | (z > behind));
+            }
+        };
+        cloud.disc_and_ring(c, [1.0 - ramp, 1.0 + ramp, RING].map(|share| share * radius), disc, ring);
+        (n.ring, n.beyond) = (in_ring, in_beyond);
+        let [on, hidden, through, before, holes, ring, beyond] =
+            [n.on, n.hidden, n.through, n.before, n.holes, n.ring, n.beyond].map(f64::from);
         let seen: f64 = on + through + before + HOLE * holes;
         let disc: f64 = on + through + before + holes + hidden;
         Evidence {
@@ -144,15 +160,29 @@ impl Examiner {
     }
 }
 
-/// Octant of a direction.
-fn octant(u: f64, v: f64) -> usize {
-    usize::from(u > 0.0) + 2 * usize::from(v > 0.0) + 4 * usize::from(u.abs() > v.abs())
+/// Numbers of pixels of disc and ring.
+#[derive(Debug, Default)]
+struct Counts {
+    on: u32,
+    hidden: u32,
+    through: u32,
+    before: u32,
+    holes: u32,
+    ring: u32,
+    beyond: u32,
 }
 
 /// Returns the RMS distance of points from their best plane \[m\].
 fn plane_rms(points: &[Vec3]) -> f64 {
     let n = points.len().max(1) as f64;
     let mean = points.iter().sum::<Vec3>() / n;
-    let scatter: Mat3 = points.iter().map(|p| (p - mean) * (p - mean).transpose()).sum();
+    let mut sums = [0.0; 6];
+    for p in points {
+        let q = p - mean;
+        let products = [q.x * q.x, q.x * q.y, q.x * q.z, q.y * q.y, q.y * q.z, q.z * q.z];
+        sums.iter_mut().zip(products).for_each(|(sum, product)| *sum += product);
+    }
+    let [xx, xy, xz, yy, yz, zz] = sums;
+    let scatter = Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
     (SymmetricEigen::new(scatter).eigenvalues.min().max(0.0) / n).sqrt()
 }

@@ -105,7 +105,7 @@ impl Limits {
         if self.pixel_ratio.is_some_and(|r| outside(r, pixel_ratio(cloud, sphere, support.len()))) {
             return Some(Gate::PixelRatio);
         }
-        let points: Vec<Vec3> = support.iter().map(|&i| cloud.point(i)).collect();
+        let points = cloud.points(support);
         let rms = || sphere.rms(points.iter().copied());
         if self.residual.is_some_and(|most| outside((0.0, most), rms())) {
             return Some(Gate::Residual);

@@ -57,12 +57,17 @@ pub(crate) fn search(
     let step = config.fit.sampling.get() as usize;
     let cloud = Cloud::new(depth, intrinsics, mask, config.segmentation.range.si(), step)?;
     let limits = Limits::new(config);
+    let report = Report::new(&cloud, intrinsics, config);
     let mut marks = vec![false; cloud.len()];
-    let mut out = Vec::new();
+    let (mut out, mut scored) = (Vec::new(), Vec::new());
     let mut judge = |h: Hypothesis| {
         let refused_by = limits.refusal(&cloud, &h.sphere, &h.support, &mut marks);
         if wanted(refused_by) {
-            out.push((h, refused_by));
+            if config.score.on {
+                scored.push(report.judged(&h, refused_by));
+            } else {
+                out.push((h, refused_by));
+            }
         }
     };
     if config.fit.use_prior {
@@ -82,23 +87,15 @@ pub(crate) fn search(
         // The sort is stable: equal sizes stay in image order.
         out.sort_by_key(|(h, _)| std::cmp::Reverse(h.support.len()));
         let kept = without_duplicates(out, |(h, refused_by)| refused_by.is_none().then_some(h.sphere));
-        let report = Report::new(&cloud, intrinsics, config);
-        return Ok(kept.into_iter().map(|(h, refused_by)| report.of(&h, refused_by)).collect());
+        return Ok(kept.iter().map(|(h, refused_by)| report.of(&report.judged(h, *refused_by))).collect());
     }
-    let report = Report::new(&cloud, intrinsics, config);
-    let mut scored: Vec<Candidate> =
-        out.into_iter().map(|(h, refused_by)| report.of(&h, refused_by)).collect();
-    scored.sort_by(|a, b| b.detection.score.total_cmp(&a.detection.score));
-    let sphere = |c: &Candidate| {
-        let Detection { p_camera: center, radius, .. } = c.detection;
-        c.refused_by.is_none().then_some(Sphere { center, radius })
-    };
-    let mut kept = without_duplicates(scored, sphere);
+    scored.sort_by(|a, b| b.score.total_cmp(&a.score));
+    let mut kept = without_duplicates(scored, |judged| judged.refused_by.is_none().then_some(judged.sphere));
     let least = config.score.least.si();
-    for c in kept.iter_mut().filter(|c| c.refused_by.is_none() && c.detection.score < least) {
-        c.refused_by = Some(Gate::Score);
+    for judged in kept.iter_mut().filter(|j| j.refused_by.is_none() && j.score < least) {
+        judged.refused_by = Some(Gate::Score);
     }
-    Ok(kept)
+    Ok(kept.iter().filter(|j| wanted(j.refused_by)).map(|judged| report.of(judged)).collect())
 }
 
 /// Keeps the first of accepted spheres whose centres lie within one radius of each other, and all refused ones. `accepted` returns the
@@ -119,7 +116,19 @@ pub(crate) fn without_duplicates<T>(all: Vec<T>, accepted: impl Fn(&T) -> Option
     out
 }
 
-/// Makes reports of spheres.
+/// A sphere with its evidence.
+pub(crate) struct Judged {
+    sphere: Sphere,
+    /// Number of pixels on it, of the cloud.
+    pixels: usize,
+    refused_by: Option<Gate>,
+    evidence: Evidence,
+    /// Root mean square of the radial residual \[m\].
+    rms: f64,
+    score: f64,
+}
+
+/// Judges spheres and makes reports of them.
 pub(crate) struct Report<'a> {
     cloud: &'a Cloud,
     /// Of the image, not of the cloud.
@@ -135,21 +144,28 @@ impl<'a> Report<'a> {
         Self { cloud, intrinsics, config, examiner, posterior }
     }
 
-    pub(crate) fn of(&self, h: &Hypothesis, refused_by: Option<Gate>) -> Candidate {
-        let evidence = self.examiner.examine(self.cloud, h);
-        let deviations = self.posterior.deviations(self.cloud, &h.sphere);
+    pub(crate) fn judged(&self, hypothesis: &Hypothesis, refused_by: Option<Gate>) -> Judged {
+        let (evidence, rms) = self.examiner.examine(self.cloud, hypothesis);
+        let score = evidence.score(&self.config.score.weights, &self.config.fit.prior);
+        let Hypothesis { sphere, support } = hypothesis;
+        Judged { sphere: *sphere, pixels: support.len(), refused_by, evidence, rms, score }
+    }
+
+    pub(crate) fn of(&self, judged: &Judged) -> Candidate {
+        let Judged { sphere, pixels, refused_by, evidence, rms, score } = judged;
+        let deviations = self.posterior.deviations(self.cloud, sphere);
         let detection = Detection {
-            p_camera: h.sphere.center,
-            radius: h.sphere.radius,
-            score: evidence.score(&self.config.score.weights, &self.config.fit.prior),
+            p_camera: sphere.center,
+            radius: sphere.radius,
+            score: *score,
             center_deviation: deviations.center,
             radius_deviation: deviations.radius,
             visible: evidence.visible,
-            rms: h.sphere.rms(h.support.iter().map(|&i| self.cloud.point(i))),
-            pixels: (h.support.len() * self.cloud.step * self.cloud.step) as u32,
+            rms: *rms,
+            pixels: (pixels * self.cloud.step * self.cloud.step) as u32,
             // Callers keep z > 0.
-            center_px: self.intrinsics.project(&h.sphere.center).unwrap_or((f64::NAN, f64::NAN)),
+            center_px: self.intrinsics.project(&sphere.center).unwrap_or((f64::NAN, f64::NAN)),
         };
-        Candidate { detection, refused_by, evidence }
+        Candidate { detection, refused_by: *refused_by, evidence: *evidence }
     }
 }

@@ -6,7 +6,6 @@ use crate::noise::Noise;
 use crate::posterior::Posterior;
 use crate::search::Hypothesis;
 use crate::sphere::Sphere;
-use nalgebra::{Matrix3, Vector3};
 use orchard_geometry::Vec3;
 
 /// Spacing of the pixels that vote, over the radius of a fruit in the image.
@@ -14,7 +13,10 @@ const SPACING: f64 = 0.25;
 /// Half-width of the window of a normal, over the radius of a fruit in the image.
 const WINDOW: f64 = 0.25;
 /// Pixels from the middle of the window to its edge.
-const STEPS: i64 = 2;
+const STEPS: usize = 2;
+/// Pixels along a side of the window, and their steps from the middle.
+const SIDE: usize = 2 * STEPS + 1;
+const OFFSETS: [f64; SIDE] = [-2.0, -1.0, 0.0, 1.0, 2.0];
 /// Least number of the window's pixels that determine a normal.
 const LEAST_PIXELS: f64 = 8.0;
 /// Side of a cell in which votes are counted, over the radius of a fruit.
@@ -37,11 +39,19 @@ pub(crate) fn run(cloud: &Cloud, config: &DetectorConfig, mut judge: impl FnMut(
         // A sphere out of these limits is no fruit by any gate, and may be as large as the image.
         if let Some(sphere) = settled.filter(|s| (0.5 * smallest..=2.0 * largest).contains(&s.radius)) {
             let band = noise.band(sphere.center.z);
+            let square = |x: f64| x * x;
+            let (least, most) = (square((sphere.radius - band).max(0.0)), square(sphere.radius + band));
             let mut support = Vec::new();
-            accesses += cloud.usable_in_ball(&sphere.center, sphere.radius + band, |i, p| {
-                if sphere.residual(&p).abs() <= band {
-                    support.push(i);
+            cloud.rows_in_ball(&sphere.center, sphere.radius + band, |row| {
+                accesses += row.x.len();
+                let mut found = support.len();
+                support.resize(found + row.x.len(), 0);
+                for ((&z, &x), i) in row.usable_z.iter().zip(row.x).zip(row.first..) {
+                    let distance = (Vec3::new(x * z, row.y * z, z) - sphere.center).norm_squared();
+                    support[found] = i;
+                    found += usize::from((z > 0.0) & (distance >= least) & (distance <= most));
                 }
+                support.truncate(found);
             });
             judge(Hypothesis { sphere, support });
         }
@@ -54,7 +64,7 @@ pub(crate) fn run(cloud: &Cloud, config: &DetectorConfig, mut judge: impl FnMut(
 
 /// Returns where the normals of spheres of a radius \[m\] meet, the places with the most votes first.
 fn centers(cloud: &Cloud, noise: &Noise, radius: f64) -> Vec<Vec3> {
-    let cells = gathered(votes(cloud, noise, radius));
+    let cells = gathered(&votes(cloud, noise, radius));
     let mut peaks = blocks(&cells);
     peaks.retain(|block| block.highest && block.share >= LEAST_SHARE);
     // The sort is stable: equal shares stay in the order of their cells.
@@ -77,9 +87,11 @@ struct Cell {
 fn votes(cloud: &Cloud, noise: &Noise, radius: f64) -> Vec<Cell> {
     let mut out = Vec::new();
     let image = Rectangle { u: (0, cloud.width), v: (0, cloud.height) };
+    let inverse: Vec<f64> = (0..cloud.len()).map(|i| 1.0 / cloud.usable_z(i)).collect();
     // A place beyond the cells, kilometres aside, is none that a camera sees; a cell has neighbours on both sides.
+    let per_metre = 1.0 / (CELL * radius);
     let index = |x: f64| {
-        let index = (x / (CELL * radius)).floor() + f64::from(1_u32 << (BITS - 1));
+        let index = x * per_metre + f64::from(1_u32 << (BITS - 1));
         (index >= 1.0 && index < f64::from((1_u32 << BITS) - 1)).then_some(index as u64)
     };
     cloud.usable_in(image, 1, |i, p| {
@@ -91,7 +103,7 @@ fn votes(cloud: &Cloud, noise: &Noise, radius: f64) -> Vec<Cell> {
             return;
         }
         let spacing = f64::from(every);
-        let Some(center) = vote(cloud, noise, radius, (u, v), radius_px) else { return };
+        let Some(center) = vote(cloud, &inverse, noise, radius, (u, v), radius_px) else { return };
         if let (Some(x), Some(y), Some(z)) = (index(center.x), index(center.y), index(center.z)) {
             let share = spacing * spacing / (std::f64::consts::PI * radius_px * radius_px);
             out.push(Cell { key: (z << (2 * BITS)) | (y << BITS) | x, share, sum: center * share });
@@ -101,43 +113,108 @@ fn votes(cloud: &Cloud, noise: &Noise, radius: f64) -> Vec<Cell> {
 }
 
 /// Returns the centre of the sphere behind the plane through the pixels about one. Inverse depth is linear in the image on a plane.
-fn vote(cloud: &Cloud, noise: &Noise, radius: f64, (u, v): (usize, usize), radius_px: f64) -> Option<Vec3> {
-    // A sphere nearer than its radius fills any image.
-    let step = (WINDOW * radius_px / STEPS as f64).round().clamp(1.0, f64::from(u32::MAX)) as i64;
+fn vote(
+    cloud: &Cloud,
+    inverse: &[f64],
+    noise: &Noise,
+    radius: f64,
+    (u, v): (usize, usize),
+    radius_px: f64,
+) -> Option<Vec3> {
+    // A float-to-integer cast saturates. A sphere nearer than its radius fills any image.
+    let step = ((WINDOW * radius_px / STEPS as f64 + 0.5) as usize).clamp(1, cloud.width.max(cloud.height));
     let z_seed = cloud.usable_z(v * cloud.width + u);
     let reach = radius.max(noise.jump(z_seed));
-    let within = |at: usize, k: i64, length: usize| {
-        usize::try_from(at as i64 + k * step).ok().filter(|&there| there < length)
+    let counts = |z: f64| (z > 0.0) & ((z - z_seed).abs() <= reach);
+    let plane = whole_plane(cloud, inverse, (u, v), step, counts)
+        .or_else(|| plane(cloud, inverse, (u, v), step, counts))?;
+    // 1/z = m . ray, so that m . p = 1 on the plane and m points away from the camera.
+    let ray = cloud.ray(u, v);
+    let (m_x, m_y) = (plane.right * cloud.intrinsics.fx, plane.down * cloud.intrinsics.fy);
+    let m = Vec3::new(m_x, m_y, plane.middle - m_x * ray.x - m_y * ray.y);
+    let center = ray / plane.middle + m * (radius / m.norm());
+    (plane.middle > 0.0 && center.z > radius && center.iter().all(|x| x.is_finite())).then_some(center)
+}
+
+/// Inverse depth \[1/m\] at a pixel of a plane, and its growth per pixel to the right and down.
+struct Plane {
+    middle: f64,
+    right: f64,
+    down: f64,
+}
+
+/// Returns the plane if all pixels of the window count: their places have known sums.
+fn whole_plane(
+    cloud: &Cloud,
+    inverse: &[f64],
+    (u, v): (usize, usize),
+    step: usize,
+    counts: impl Fn(f64) -> bool,
+) -> Option<Plane> {
+    let (u0, v0) = (u.checked_sub(STEPS * step)?, v.checked_sub(STEPS * step)?);
+    if u + STEPS * step >= cloud.width || v + STEPS * step >= cloud.height {
+        return None;
+    }
+    let (mut all, mut sum, mut right, mut down) = (true, 0.0, 0.0, 0.0);
+    for (j, offset) in OFFSETS.iter().enumerate() {
+        let first = (v0 + j * step) * cloud.width + u0;
+        let columns = first..=first + (SIDE - 1) * step;
+        let (zs, inverse) = (cloud.usable_row(columns.clone()), &inverse[columns]);
+        let mut of_row = 0.0;
+        for (i, at) in OFFSETS.iter().zip((0..).step_by(step)) {
+            all &= counts(zs[at]);
+            of_row += inverse[at];
+            right += i * inverse[at];
+        }
+        sum += of_row;
+        down += offset * of_row;
+    }
+    let squares = SIDE as f64 * OFFSETS.iter().map(|i| i * i).sum::<f64>() * step as f64;
+    all.then_some(Plane { middle: sum / (SIDE * SIDE) as f64, right: right / squares, down: down / squares })
+}
+
+/// Returns the plane of least squares through the pixels of the window that count.
+fn plane(
+    cloud: &Cloud,
+    inverse: &[f64],
+    (u, v): (usize, usize),
+    step: usize,
+    counts: impl Fn(f64) -> bool,
+) -> Option<Plane> {
+    let within = |at: usize, k: usize, length: usize| {
+        (at + k * step).checked_sub(STEPS * step).filter(|&there| there < length)
     };
-    let (mut a, mut b) = (Matrix3::zeros(), Vector3::zeros());
-    for (j, row) in (-STEPS..=STEPS).filter_map(|j| Some((j, within(v, j, cloud.height)?))) {
-        for (i, column) in (-STEPS..=STEPS).filter_map(|i| Some((i, within(u, i, cloud.width)?))) {
-            let z = cloud.usable_z(row * cloud.width + column);
-            if z > 0.0 && (z - z_seed).abs() <= reach {
-                let at = Vector3::new(1.0, i as f64, j as f64);
-                a += at * at.transpose();
-                b += at / z;
+    // Sums of 1, i, j, i i, i j, j j over the pixels (i, j) steps aside, and of 1, i and j times the inverse depth.
+    let (mut a, mut b) = ([0.0; 6], [0.0; 3]);
+    for (j, row) in (0..SIDE).filter_map(|j| Some((OFFSETS[j], within(v, j, cloud.height)?))) {
+        for (i, column) in (0..SIDE).filter_map(|i| Some((OFFSETS[i], within(u, i, cloud.width)?))) {
+            let at = row * cloud.width + column;
+            if counts(cloud.usable_z(at)) {
+                a.iter_mut().zip([1.0, i, j, i * i, i * j, j * j]).for_each(|(sum, x)| *sum += x);
+                b.iter_mut().zip([1.0, i, j]).for_each(|(sum, x)| *sum += x * inverse[at]);
             }
         }
     }
-    if a[(0, 0)] < LEAST_PIXELS {
+    let [n, i, j, ii, ij, jj] = a;
+    // About the mean. These are whole numbers, so that pixels in a line have a determinant of zero.
+    let (ii, ij, jj) = (n * ii - i * i, n * ij - i * j, n * jj - j * j);
+    let determinant = ii * jj - ij * ij;
+    if n < LEAST_PIXELS || determinant <= 0.0 {
         return None;
     }
-    let x = a.cholesky()?.solve(&b);
-    // 1/z = m . ray, so that m . p = 1 on the plane and m points away from the camera.
-    let ray = cloud.ray(u, v);
-    let (m_x, m_y) = (x[1] * cloud.intrinsics.fx / step as f64, x[2] * cloud.intrinsics.fy / step as f64);
-    let m = Vec3::new(m_x, m_y, x[0] - m_x * ray.x - m_y * ray.y);
-    let center = ray / x[0] + m * (radius / m.norm());
-    (x[0] > 0.0 && center.z > radius && center.iter().all(|x| x.is_finite())).then_some(center)
+    let (b_i, b_j) = (n * b[1] - i * b[0], n * b[2] - j * b[0]);
+    let (right, down) = ((jj * b_i - ij * b_j) / determinant, (ii * b_j - ij * b_i) / determinant);
+    let middle = (b[0] - right * i - down * j) / n;
+    Some(Plane { middle, right: right / step as f64, down: down / step as f64 })
 }
 
 /// Joins the votes for each cell; cells come in the order of their keys.
-fn gathered(mut votes: Vec<Cell>) -> Vec<Cell> {
-    // The sort is stable, so that sums depend on the image alone.
-    votes.sort_by_key(|vote| vote.key);
+fn gathered(votes: &[Cell]) -> Vec<Cell> {
+    // Votes for one cell stay in their order, so that sums depend on the image alone.
+    let mut order: Vec<(u64, u32)> = votes.iter().zip(0..).map(|(vote, i)| (vote.key, i)).collect();
+    order.sort_unstable();
     let mut out: Vec<Cell> = Vec::new();
-    for vote in votes {
+    for vote in order.iter().map(|(_, i)| votes[*i as usize]) {
         match out.last_mut().filter(|last| last.key == vote.key) {
             Some(last) => {
                 last.share += vote.share;
@@ -232,7 +309,7 @@ mod tests {
             .map(|i| (i * i * 7919) % 216)
             .map(|i| Cell { key: key(i % 6, i / 6 % 6, i / 36), share: 1.0 + i as f64, sum: Vec3::zeros() })
             .collect();
-        let cells = gathered(cells);
+        let cells = gathered(&cells);
         let place = |k: u64| [0, BITS, 2 * BITS].map(|shift| (k >> shift & ((1 << BITS) - 1)) as i64);
         for (cell, block) in cells.iter().zip(blocks(&cells)) {
             let near =
