@@ -169,12 +169,16 @@ pub fn mark_goal(marks: &mut Marks, world: &World, goal: &Goal) {
     let x_world_odom = world.x_world_odom();
     match goal {
         Goal::Grasp { p_odom, radius } => {
-            marks.ball(&transform(&x_world_odom, p_odom), radius * AROUND, colour::YELLOW, 0.45);
+            let p_world = transform(&x_world_odom, p_odom);
+            marks.ball(&p_world, radius * AROUND, colour::BLUE, 0.45);
+            // From above: leaves may hide the ball.
+            let above = Vec3::new(0.0, 0.0, WAY + radius * AROUND);
+            marks.arrow(&(p_world + above), &Vec3::new(0.0, 0.0, -WAY), SHAFT, colour::BLUE);
         }
         Goal::Reach { p_odom, heading_odom } => {
             let (sin, cos) = math::sin_cos(*heading_odom);
             let way = x_world_odom.rotation * Vec3::new(cos, sin, 0.0) * WAY;
-            marks.arrow(&(transform(&x_world_odom, p_odom) - way), &way, SHAFT, colour::YELLOW);
+            marks.arrow(&(transform(&x_world_odom, p_odom) - way), &way, SHAFT, colour::BLUE);
         }
     }
 }
@@ -183,9 +187,9 @@ pub fn mark_goal(marks: &mut Marks, world: &World, goal: &Goal) {
 pub fn goal_sentence(goal: &Goal) -> &'static str {
     match goal {
         Goal::Grasp { .. } => {
-            "hold the fruit in the yellow sphere between the fingers, then keep the demonstration"
+            "hold the fruit below the blue arrow between the fingers, then keep the demonstration"
         }
-        Goal::Reach { .. } => "bring the hand along the yellow arrow to its tip, then keep the demonstration",
+        Goal::Reach { .. } => "bring the hand along the blue arrow to its tip, then keep the demonstration",
     }
 }
 

@@ -66,7 +66,7 @@ impl Stand {
     /// A stand whose trees are yet to grow.
     ///
     /// # Errors
-    /// An unknown preset, one with wind, a number of trees out of its range.
+    /// An unknown preset, a number of trees out of its range.
     pub fn new(asked: &Asked) -> Result<Self, String> {
         let names = || Preset::ALL.iter().map(|preset| preset.name()).collect::<Vec<_>>().join(", ");
         let preset: Preset = asked
@@ -77,9 +77,6 @@ impl Stand {
             return Err(format!("worlds is {}; the allowed range is [1, {MOST}]", asked.worlds));
         }
         let spec = Arc::new(Spec::preset(preset));
-        if spec.wind.is_some() {
-            return Err(format!("preset `{}` has wind, which the batch of this page has not", asked.preset));
-        }
         Ok(Self { spec, asked: asked.clone(), worlds: Vec::new(), packed: None })
     }
 

@@ -311,7 +311,9 @@ fn log(viewer: &Viewer, ui: &Ui, rect: Rect) {
 
 /// Keys: all, or those of a person who drives.
 fn key_list(viewer: &Viewer, ui: &Ui, rect: Rect) {
-    let area = egui::Area::new(egui::Id::unique("keys")).fixed_pos(rect.left_top() + vec2(10.0, 44.0));
+    // Below the lines over the scene.
+    let top = if viewer.message.is_some() { 72.0 } else { 44.0 };
+    let area = egui::Area::new(egui::Id::unique("keys")).fixed_pos(rect.left_top() + vec2(10.0, top));
     area.interactable(false).show(ui.ctx(), |ui| {
         Frame::popup(ui.style()).show(ui, |ui| {
             let row = |ui: &mut Ui, key: &str, words: &str| {
