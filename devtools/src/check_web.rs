@@ -7,7 +7,7 @@ use orchard_digitised::mtg;
 use orchard_program::{Failure, Verdict};
 use orchard_spec::{Preset, Spec};
 use orchard_web::{Ask, Files, PolicyFiles, Tab, grow};
-use orchard_web_batch::{Asked, Stand};
+use orchard_web_batch::{Asked, PRESETS, Stand};
 use serde::{Deserialize, Serialize};
 
 use crate::{browser, python, web, workspace};
@@ -190,14 +190,14 @@ fn trees(folder: &Path) -> Result<[PathBuf; 2], Failure> {
     Ok(files.map(|(name, _)| folder.join(name)))
 }
 
-/// A batch of every preset.
+/// A batch of every preset that the page offers.
 fn batches() -> Vec<BatchRun> {
     let of = |(number, preset): (usize, &Preset)| {
         let worlds = BATCH_TREES[number.min(1)];
         let asked = Asked { preset: preset.name().to_owned(), worlds, ..Asked::default() };
         BatchRun { asked, frames: BATCH_FRAMES, trees: vec![0, 1, worlds as usize - 1] }
     };
-    Preset::ALL.iter().enumerate().map(of).collect()
+    PRESETS.iter().enumerate().map(of).collect()
 }
 
 /// Joint angles of a batch's trees in f64 \[rad\].

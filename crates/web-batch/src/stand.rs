@@ -14,6 +14,9 @@ const MOST: u32 = 1024;
 /// Largest rate that a shake gives a joint \[rad/s\], that of the benchmark of batches (`scaling.kick`).
 const SHAKE: f64 = 1.0;
 
+/// Presets whose trees come out by WebGPU as in f64; those with measured wood and stems do not, for a reason that is not known yet (docs/web.md).
+pub const PRESETS: [Preset; 3] = [Preset::Paper, Preset::Ternary, Preset::Randomised];
+
 /// Options of a stand, as a page gives them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -66,13 +69,20 @@ impl Stand {
     /// A stand whose trees are yet to grow.
     ///
     /// # Errors
-    /// An unknown preset, a number of trees out of its range.
+    /// A preset that is unknown or not one of [`PRESETS`], a number of trees out of its range.
     pub fn new(asked: &Asked) -> Result<Self, String> {
         let names = || Preset::ALL.iter().map(|preset| preset.name()).collect::<Vec<_>>().join(", ");
         let preset: Preset = asked
             .preset
             .parse()
             .map_err(|_| format!("preset `{:.40}` is unknown; the presets are: {}", asked.preset, names()))?;
+        if !PRESETS.contains(&preset) {
+            let offered = PRESETS.map(Preset::name).join(", ");
+            return Err(format!(
+                "preset `{}` does not come out here as in f64; those that do are: {offered}",
+                asked.preset
+            ));
+        }
         if !(1..=MOST).contains(&asked.worlds) {
             return Err(format!("worlds is {}; the allowed range is [1, {MOST}]", asked.worlds));
         }
@@ -208,10 +218,15 @@ mod tests {
     }
 
     #[test]
-    fn a_tree_of_every_preset_is_packed() {
+    fn a_tree_of_every_preset_is_packed_or_refused() {
         for preset in Preset::ALL {
-            let mut stand = stand(&Asked { preset: preset.name().to_owned(), worlds: 1, ..Asked::default() });
-            assert_eq!(stand.packed().map(|packed| packed.len()), Ok(1), "{}", preset.name());
+            let asked = Asked { preset: preset.name().to_owned(), worlds: 1, ..Asked::default() };
+            if PRESETS.contains(preset) {
+                assert_eq!(stand(&asked).packed().map(|packed| packed.len()), Ok(1), "{}", preset.name());
+            } else {
+                let e = Stand::new(&asked).map(|_| ()).unwrap_err();
+                assert!(e.contains("does not come out here"), "{e}");
+            }
         }
     }
 
