@@ -28,7 +28,7 @@ pub(crate) struct Cloud {
     z: Vec<f64>,
     /// Depth of usable pixels \[m\]; zero elsewhere.
     usable_z: Vec<f64>,
-    /// The same, and the slopes of the columns, with half the digits: sums over them take a fraction of the time.
+    /// Depths and slopes of the columns in f32, for sums of four pixels at once.
     short_z: Vec<f32>,
     short_x: Vec<f32>,
     pixels: Vec<Pixel>,

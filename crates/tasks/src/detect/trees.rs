@@ -9,7 +9,7 @@ use orchard_world::truth::FruitTruth;
 pub struct RestingTree {
     /// Scene without robot.
     pub scene: Scene,
-    /// The same scene as colour pictures show it.
+    /// Scene with what only colour pictures show.
     pub picture: Scene,
     /// Every fruit, by its instance number in the scene.
     pub fruit: Vec<FruitTruth>,
