@@ -145,11 +145,14 @@ function draw(worlds) {
   const counts = Array.from({ length: worlds }, (_, k) => [words.getUint32(8 * k, true), words.getUint32(8 * k + 4, true)]);
   const number = k => words.getFloat32(8 * worlds + 4 * k, true);
   const segments = counts.reduce((sum, [own]) => sum + own, 0);
-  let line = 0, dot = 5 * segments, high = 0.5;
-  for (let k = 0; k < segments; k += 1) high = Math.max(high, number(5 * k + 3));
-  const scale = 0.92 * tall / high;
+  let line = 0, dot = 5 * segments;
+  // A cell holds every tree as it stood in the first picture.
+  batch.reach ??= Array.from({ length: segments }, (_, k) => [number(5 * k + 2), number(5 * k + 3)])
+    .reduce(({ left, right, high }, [x, z]) => ({ left: Math.min(left, x), right: Math.max(right, x), high: Math.max(high, z) }), { left: -0.2, right: 0.2, high: 0.5 });
+  const { left, right, high } = batch.reach;
+  const scale = Math.min(0.92 * tall / high, 0.96 * cell / (right - left));
   for (const [k, [own, fruit]] of counts.entries()) {
-    const x = (k % columns + 0.5) * cell, y = (Math.floor(k / columns) + 0.97) * tall;
+    const x = (k % columns + 0.5) * cell - scale * (left + right) / 2, y = (Math.floor(k / columns) + 0.97) * tall;
     ink.strokeStyle = COLOURS.wood;
     ink.lineCap = "round";
     for (let end = line + 5 * own; line < end; line += 5) {
@@ -183,7 +186,7 @@ async function grow() {
     if (!/^\d{1,10}$/.test($("seed").value.trim()) || Number($("seed").value) >= 2 ** 32) throw new Error(`seed “${$("seed").value.slice(0, 40)}” is no whole number from 0 to 4294967295`);
     await wait("Opening the graphics device …");
     await open();
-    give(new TextEncoder().encode(JSON.stringify({ preset: $("preset").value, seed: Number($("seed").value), worlds })));
+    give(new TextEncoder().encode(JSON.stringify({ preset: $("preset").value, seed: Number($("seed").value), worlds, shake: Number($("shake").value) })));
     call("stand");
     for (let k = 1; call("grow_one") === 2; k += 1) if (k % 4 === 0) await wait(`Growing the trees: ${k} of ${worlds} …`);
     call("pack");
@@ -191,6 +194,7 @@ async function grow() {
     await wait("Compiling the kernels for this device …");
     batch = await build(packed);
     await wait("");
+    draw(worlds);
     $("run").disabled = false;
     setRunning(true);
   } catch (error) {

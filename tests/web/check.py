@@ -429,7 +429,7 @@ def batches(playwright, chromium, site, errors, folder, asked):
     looks(visit)
     angles = [visit.page.evaluate("asked => window.anglesAfter(asked)", one) for one in asked]
     offered = visit.page.locator("#preset option").all_inner_texts()
-    visit.demand(offered == [one["asked"]["preset"] for one in asked], f"offers the presets {offered}")
+    visit.demand(offered == [one["asked"]["preset"] for one in asked[1:]], f"offers the presets {offered}")
     visit.context.close()
     rate = 0
     for name, touch in [("wide", False), ("narrow", True)]:

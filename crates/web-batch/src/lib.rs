@@ -7,7 +7,7 @@
 mod abi;
 mod stand;
 
-pub use stand::{Asked, Figures, PRESETS, Picture, Stand};
+pub use stand::{Asked, Figures, Picture, Stand};
 
 /// Compiles and runs the example of the README.
 #[cfg(doctest)]
