@@ -94,18 +94,24 @@ impl Mover {
         }
     }
 
-    /// Lets a world enter a lane.
+    /// Lets worlds enter lanes.
     ///
     /// # Errors
-    /// The device cannot step it.
+    /// The device cannot step one of them.
     #[cfg_attr(not(feature = "gpu"), expect(unused_variables, clippy::unnecessary_wraps))]
-    pub fn enter(&mut self, lane: usize, world: &World) -> Result<(), EnvError> {
+    pub fn enter(&mut self, entering: &[(usize, &World)]) -> Result<(), EnvError> {
         match self {
             Self::Cpu => Ok(()),
             #[cfg(feature = "gpu")]
             Self::Gpu(Device { crews, .. }) => {
-                let (crew, lane) = place(crews, lane);
-                crews[crew].enter(lane, world).map_err(|e| device(&e))
+                let mut of_crews = vec![Vec::new(); crews.len()];
+                for &(lane, world) in entering {
+                    let (crew, lane) = place(crews, lane);
+                    of_crews[crew].push((lane, world));
+                }
+                let entered: Vec<_> =
+                    crews.iter_mut().zip(&of_crews).map(|(crew, of)| crew.enter(of)).collect();
+                entered.into_iter().collect::<Result<(), _>>().map_err(|e| device(&e))
             }
         }
     }

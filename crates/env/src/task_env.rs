@@ -135,11 +135,8 @@ impl TaskEnv {
     fn enter(&mut self, mask: &[bool]) -> Result<(), EnvError> {
         let Self { slots, mover, .. } = self;
         let chosen = slots.iter().zip(mask).enumerate().filter(|(_, (_, chosen))| **chosen);
-        for (lane, (slot, _)) in chosen {
-            if let Some(world) = slot.truth() {
-                mover.enter(lane, world)?;
-            }
-        }
+        let entering: Vec<_> = chosen.filter_map(|(lane, (slot, _))| Some((lane, slot.truth()?))).collect();
+        mover.enter(&entering)?;
         self.look_again(mask)
     }
 

@@ -33,7 +33,7 @@ impl Env {
             .map(|world| scenario.world(seed, world, 0).map_err(|source| EnvError::World { world, source }))
             .collect();
         let worlds: Vec<World> = built.into_iter().collect::<Result<_, _>>()?;
-        worlds.iter().enumerate().try_for_each(|(lane, world)| mover.enter(lane, world))?;
+        mover.enter(&worlds.iter().enumerate().collect::<Vec<_>>())?;
         Ok(Self { worlds, mover })
     }
 
@@ -60,11 +60,12 @@ impl Env {
             .map(|world| world.resampled().map_err(|source| EnvError::World { world: world.index(), source }))
             .collect();
         let next: Vec<Option<World>> = next.into_iter().collect::<Result<_, _>>()?;
+        let mut entering = Vec::new();
         for (lane, (world, next)) in self.worlds.iter_mut().zip(next).enumerate() {
             match next {
                 Some(next) => {
                     *world = next;
-                    self.mover.enter(lane, world)?;
+                    entering.push((lane, &*world));
                 }
                 None => {
                     world.reset();
@@ -72,7 +73,7 @@ impl Env {
                 }
             }
         }
-        Ok(())
+        self.mover.enter(&entering)
     }
 
     /// A snapshot of every world. On a device the worlds go on from it as they do after [`Self::restore`].

@@ -4,6 +4,7 @@ mod block;
 
 mod fruit_rows;
 mod inputs;
+mod lane;
 #[cfg(test)]
 mod numbers;
 mod outputs;
@@ -14,10 +15,11 @@ mod tiling;
 mod topologies;
 mod wind;
 
+pub(crate) use lane::Scattered;
 #[cfg(test)]
 pub(crate) use numbers::Field;
 pub use room::Room;
-pub(crate) use room::depth;
+pub(crate) use room::{Seedling, depth};
 
 use block::{Block, blocks};
 
@@ -25,12 +27,10 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use orchard_batch::TreeWorld;
-use orchard_geometry::{Shape, Vec3};
+use orchard_geometry::Vec3;
 
 use crate::laws::Laws;
-use crate::layout::{
-    LANES, QUAD, RADIUS_UNITS, UNBOUNDED, damper, fourth, link, notice, push, third, tile, touch, world,
-};
+use crate::layout::{LANES, QUAD, damper, link, push, tile, touch, world};
 use crate::rules::Rules;
 use crate::schedule::{PARTS, Schedule};
 use crate::{BatchError, Solver};
@@ -186,92 +186,19 @@ impl Memory {
     fn load(&mut self, index: usize, given: &TreeWorld, schedule: &Schedule) {
         let place = self.places[index].clone();
         let (number, lane) = (place.tile, place.lane);
+        let fruit_rows = place.fruit_rows.iter().max().map_or(0, |last| last + 1);
+        let numbers = self.lane_numbers(&place, fruit_rows, given, schedule);
+        self.put(&place, &numbers);
         let (plant, data) = (given.plant(), given.data());
-        let (model, tree) = (&plant.model, &plant.tree);
-        for (part, visits) in schedule.parts.iter().enumerate() {
-            // First leaf of the inward pass, if the part has more rows in other lanes.
-            let leaves = visits.last().map_or(0, |visit| (visit.words[2] >> third::LEAF & 0x3ff) + 1);
-            let rows = self.header(number, tile::STARTS + part)..self.header(number, tile::STARTS + part + 1);
-            for row in rows.skip(visits.len()) {
-                let at = self.operation_at(number, row, lane);
-                self.operations[at][2] = leaves << third::LEAF;
-            }
-        }
-        for visit in schedule.parts.iter().flatten() {
-            let (segment, row) = (visit.link, place.rows[visit.link]);
-            let id = tree.bodies[segment];
-            let body = model.body(id);
-            let (direction, i_com) = (body.x_parent_joint.rotation * Vec3::z(), &body.inertia.i_com);
-            let (dof, q) = (model.dofs(id).start, model.qs(id).start);
-            let limit = plant.tree.rupture_moment[segment] / plant.tree.stiffness[segment];
-            let is_root = tree.parent[segment].is_none();
-            let numbers = [
-                (link::DIRECTION, direction.x),
-                (link::DIRECTION + 1, direction.y),
-                (link::DIRECTION + 2, direction.z),
-                (link::LENGTH, 2.0 * body.inertia.p_com.z),
-                (link::MASS, body.inertia.mass),
-                (link::ACROSS, i_com[(0, 0)]),
-                (link::EXCESS, i_com[(2, 2)] - i_com[(0, 0)]),
-                (link::STIFFNESS, data.stiffness[dof]),
-                (link::Q, data.q[q]),
-                (link::Q + 1, data.q[q + 1]),
-                (link::V, data.v[dof]),
-                (link::V + 1, data.v[dof + 1]),
-                // The root's joint stands for the soil's grip and does not break.
-                (link::LIMIT, if is_root { f64::from(UNBOUNDED) } else { limit * limit }),
-            ];
-            for (field, value) in numbers {
-                let at = self.link_at(number, row, field, lane);
-                self.links[at] = value as f32;
-            }
-            if self.laws.modal {
+        if self.laws.modal {
+            for (&id, &row) in plant.tree.bodies.iter().zip(&*place.rows) {
+                let dof = plant.model.dofs(id).start;
                 let at = self.damper_at(number, row, lane);
                 self.links[at] = (data.damping[dof] / data.stiffness[dof]) as f32;
             }
-            let [a, b, mut c] = visit.words;
-            if let Some(&first) = schedule.fruit[visit.fruit()].first() {
-                c &= !((0xfff << third::FIRST_FRUIT) as u32);
-                c |= (place.fruit_rows[first] << third::FIRST_FRUIT) as u32;
-            }
-            let radius = match model.collider(tree.colliders[segment]).shape {
-                Shape::Capsule { radius, .. } => radius,
-                _ => 0.0,
-            };
-            if self.laws.touched {
-                let at = self.touch_at(number, row, touch::RADIUS, lane);
-                self.work[at] = radius as f32;
-            }
-            let radius = (radius * f64::from(RADIUS_UNITS)).round() as usize;
-            let d = tree.parent[segment].map_or(0xffff, |up| place.rows[up]) << fourth::PARENT_ROW
-                | radius.min(fourth::RADIUS_BITS) << fourth::RADIUS;
-            let at = self.operation_at(number, row, lane);
-            self.operations[at] = [a, b, c, d as u32];
-            if is_root {
-                for k in 0..3 {
-                    let at = self.world_at(number, world::P + k, lane);
-                    self.worlds[at] = body.x_parent_joint.translation.vector[k] as f32;
-                }
-            }
-        }
-        for (i, &row) in place.fruit_rows.iter().enumerate() {
-            for (field, value) in fruit_rows::numbers(plant, data, i) {
-                let at = self.fruit_at(number, row, field, lane);
-                self.fruit[at] = value as f32;
-            }
-        }
-        let at = self.world_at(number, world::DAMPING_TIME, lane);
-        self.worlds[at] = plant.spec.wood.damping_time.si() as f32;
-        for (field, count) in [
-            (world::NOTICE, notice::STALE),
-            (world::FRUIT, place.fruit_rows.iter().max().map_or(0, |last| last + 1)),
-            (world::LINKS, place.rows.len()),
-        ] {
-            let at = self.world_at(number, field, lane);
-            self.worlds[at] = f32::from_bits(count as u32);
         }
         self.load_wind(given, number, lane, &place);
-        for (segment, id) in tree.bodies.iter().enumerate() {
+        for (segment, id) in plant.tree.bodies.iter().enumerate() {
             let (force, torque) = (data.body_force_world[id.index()], data.body_torque_world[id.index()]);
             if force != Vec3::zeros() || torque != Vec3::zeros() {
                 // There is room: the number of forces has been checked.

@@ -9,7 +9,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut lanes = Lockstep::new(&gpu, &samples(std::slice::from_ref(&scenario)), 1, 1)?;
     let (trees, mut fit) = (200, 0);
     for index in 0..trees {
-        lanes.enter(0, &scenario.world(1, index, 0)?)?;
+        lanes.enter(&[(0, &scenario.world(1, index, 0)?)])?;
         fit += u32::from(lanes.has_room(0));
     }
     println!("{fit} of {trees} trees fit; {} bytes a lane", lanes.bytes());

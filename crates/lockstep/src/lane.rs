@@ -6,6 +6,7 @@ use orchard_batch::TreeWorld;
 use orchard_gpu::{BatchError, Fitted, Gpu, GpuError, Room, WorldBatch};
 use orchard_multibody::ColliderId;
 use orchard_world::World;
+use rayon::prelude::*;
 
 use crate::profile::Profile;
 use crate::tally::Tally;
@@ -146,37 +147,26 @@ impl Lockstep {
         Some(Profile { device: self.batch.times(), solves, ..profile })
     }
 
-    /// Lets a world enter a lane, in the place of the one that is there.
+    /// Lets worlds enter lanes, each in the place of the one that is there.
     ///
     /// # Errors
-    /// The kernels cannot step it.
+    /// The kernels cannot step one of them; the first such world is named. The others have entered.
     ///
     /// # Panics
     /// There is no such lane.
-    pub fn enter(&mut self, lane: usize, world: &World) -> Result<(), LockstepError> {
-        self.leave(lane);
-        if world.terrain().is_some() {
-            return Err(LockstepError::Terrain(world.index()));
+    pub fn enter(&mut self, entering: &[(usize, &World)]) -> Result<(), LockstepError> {
+        entering.iter().for_each(|(lane, _)| self.leave(*lane));
+        let batch = &self.batch;
+        let occupants: Vec<Result<Occupant, LockstepError>> =
+            entering.par_iter().map(|(_, world)| Occupant::new(batch, world)).collect();
+        let mut entered = Ok(());
+        for (&(lane, _), occupant) in entering.iter().zip(occupants) {
+            match occupant {
+                Ok(occupant) => self.lanes[lane] = Some(occupant),
+                Err(e) => entered = entered.and(Err(e)),
+            }
         }
-        let tree = tree_of(world);
-        let fitted = self.batch.fitted(&tree, &world.x_world_start())?.map(Arc::new);
-        let colliders = &world.handle().colliders;
-        let parts = [&colliders.base, &colliders.arm, &colliders.bucket, &colliders.cup];
-        let mut of_robot: Vec<ColliderId> =
-            parts.into_iter().chain(&colliders.fingers).flatten().copied().collect();
-        of_robot.sort_unstable();
-        let of_tree = world.tree().colliders.iter().chain(&world.fruit().colliders).copied().collect();
-        self.lanes[lane] = Some(Occupant {
-            tree,
-            fitted,
-            is_on_device: false,
-            is_planted: false,
-            impulse: 0.0,
-            faults: [0; 2],
-            of_tree,
-            of_robot,
-        });
-        Ok(())
+        entered
     }
 
     /// True if the tree of the world in a lane is not too large for the device.
@@ -205,6 +195,32 @@ impl Lockstep {
         if let Some(occupant) = &mut self.lanes[lane] {
             occupant.is_on_device = false;
         }
+    }
+}
+
+impl Occupant {
+    fn new(batch: &WorldBatch, world: &World) -> Result<Self, LockstepError> {
+        if world.terrain().is_some() {
+            return Err(LockstepError::Terrain(world.index()));
+        }
+        let tree = tree_of(world);
+        let fitted = batch.fitted(&tree, &world.x_world_start())?.map(Arc::new);
+        let colliders = &world.handle().colliders;
+        let parts = [&colliders.base, &colliders.arm, &colliders.bucket, &colliders.cup];
+        let mut of_robot: Vec<ColliderId> =
+            parts.into_iter().chain(&colliders.fingers).flatten().copied().collect();
+        of_robot.sort_unstable();
+        let of_tree = world.tree().colliders.iter().chain(&world.fruit().colliders).copied().collect();
+        Ok(Self {
+            tree,
+            fitted,
+            is_on_device: false,
+            is_planted: false,
+            impulse: 0.0,
+            faults: [0; 2],
+            of_tree,
+            of_robot,
+        })
     }
 }
 

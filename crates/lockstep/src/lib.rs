@@ -15,7 +15,7 @@
 //! let mut worlds = (0..8).map(|index| scenario.world(1, index, 0)).collect::<Result<Vec<_>, _>>()?;
 //! let mut together = Lockstep::new(&Gpu::open(Choice::default())?, &worlds, worlds.len(), 1)?;
 //! for (lane, world) in worlds.iter().enumerate() {
-//!     together.enter(lane, world)?;
+//!     together.enter(&[(lane, world)])?;
 //! }
 //! let command = scenario.robot().start_command();
 //! let turns = worlds.iter_mut().enumerate().map(|(lane, world)| Turn { lane, world, command, is_whole: true });

@@ -160,7 +160,7 @@ impl Seat {
     /// # Errors
     /// The device cannot step it.
     pub fn enter(&self, world: &World) -> Result<(), LockstepError> {
-        lock(&self.crew().table).lockstep.enter(self.lane, world)
+        lock(&self.crew().table).lockstep.enter(&[(self.lane, world)])
     }
 
     /// Advances the world that sits here by a frame, together with all others of its crew. Once the device is lost ([`Seats::lost`]) no world moves any more.

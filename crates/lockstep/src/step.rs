@@ -24,7 +24,7 @@ struct Start {
     /// Commands that act in the frames for which the world is lent to the device; none if it is not.
     commands: Vec<Command>,
     wish: Wish,
-    /// True if wood and fruit must catch up before: the world comes to the device, or leaves it.
+    /// True if wood and fruit must catch up before: the world leaves the device, or comes to it anew.
     is_late: bool,
     /// Places of the frames that were computed here.
     here: Vec<Where>,
@@ -55,11 +55,13 @@ impl Lockstep {
         let mut watch = Stopwatch::start(self.profile.as_ref());
         let (lanes, most) = (&self.lanes, self.frames);
         let mut starts: Vec<Start> = spans.par_iter_mut().map(|span| start_of(lanes, most, span)).collect();
-        let late = spans.iter_mut().zip(&starts).filter(|(_, start)| start.is_late);
+        // Worlds that leave the device are asked with the frames of the others, and take theirs at the end.
+        let coming = |start: &Start| start.is_late && !start.commands.is_empty();
+        let late = spans.iter_mut().zip(&starts).filter(|(_, start)| coming(start));
         let mut late: Vec<_> = late.map(|(span, _)| (span.lane(), span.frames().0)).collect();
         self.catch_up(&mut late)?;
         watch.part(&mut self.profile, "outlook");
-        self.exchange(spans, &starts)?;
+        self.exchange(spans, &starts);
         watch.part(&mut self.profile, "exchange");
         let mut courses = vec![Course::default(); self.lanes.len()];
         for (span, start) in spans.iter().zip(&starts) {
@@ -68,7 +70,8 @@ impl Lockstep {
         self.batch.advance_lanes(&courses)?;
         watch.part(&mut self.profile, "submit");
         // While the device is at work.
-        let here = spans.par_iter_mut().zip(&mut starts).filter(|(_, start)| start.commands.is_empty());
+        let here = spans.par_iter_mut().zip(&mut starts);
+        let here = here.filter(|(_, start)| start.commands.is_empty() && !start.is_late);
         here.for_each(|(span, start)| start.here = step_here(span, start.place, most));
         watch.part(&mut self.profile, "step_here");
         Ok(Begun { starts })
@@ -79,7 +82,7 @@ impl Lockstep {
     /// # Errors
     /// The device was lost; then the frames are not over, and the worlds cannot go on.
     pub fn end<S: Span>(&mut self, spans: &mut [S], begun: Begun) -> Result<(), GpuError> {
-        let Begun { starts } = begun;
+        let Begun { mut starts } = begun;
         let mut watch = Stopwatch::start(self.profile.as_ref());
         if self.profile.is_some() {
             self.batch.await_answers()?;
@@ -91,8 +94,13 @@ impl Lockstep {
         let lent = spans.par_iter_mut().zip(&starts);
         let mut ends: Vec<End> = lent.map(|(span, start)| take_back(batch, lanes, span, start)).collect();
         watch.part(&mut self.profile, "take_back");
-        let left = spans.par_iter_mut().zip(&starts).zip(&mut ends);
+        let most = self.frames;
+        let left = spans.par_iter_mut().zip(&mut starts).zip(&mut ends);
         left.for_each(|((span, start), end)| {
+            if start.is_late && start.commands.is_empty() {
+                catch_up(batch, span.lane(), span.frames().0);
+                start.here = step_here(span, start.place, most);
+            }
             if let Some(place) = end.left {
                 end.here = step_here(span, place, start.commands.len() - end.frames);
             }
@@ -141,16 +149,15 @@ impl Lockstep {
         self.batch.ask(&asked);
         self.batch.fetch()?;
         let batch = &self.batch;
-        worlds.par_iter_mut().filter(|(_, world)| world.is_behind()).for_each(|(lane, world)| {
-            world.catch_up(|model, data| {
-                batch.store_whole((*lane, 0), model, data);
-            });
-        });
+        worlds
+            .par_iter_mut()
+            .filter(|(_, world)| world.is_behind())
+            .for_each(|(lane, world)| catch_up(batch, *lane, world));
         Ok(())
     }
 
     /// Takes worlds from the device that are computed here, and puts those on it that are computed there.
-    fn exchange<S: Span>(&mut self, spans: &mut [S], starts: &[Start]) -> Result<(), GpuError> {
+    fn exchange<S: Span>(&mut self, spans: &mut [S], starts: &[Start]) {
         let mut coming: Vec<(usize, &World)> = Vec::new();
         for (span, start) in spans.iter_mut().zip(starts) {
             let lane = span.lane();
@@ -189,14 +196,13 @@ impl Lockstep {
                 })
             })
             .collect();
-        self.batch.plant(&tenants)?;
+        self.batch.plant(&tenants);
         for (lane, _) in coming {
             if let Some(occupant) = &mut self.lanes[lane] {
                 (occupant.is_on_device, occupant.is_planted) = (true, true);
                 (occupant.impulse, occupant.faults) = (0.0, [0; 2]);
             }
         }
-        Ok(())
     }
 }
 
@@ -234,13 +240,13 @@ fn start_of<S: Span>(lanes: &[Option<Occupant>], most: usize, span: &mut S) -> S
         (Some(_), None) => Where::Device,
     };
     let is_there = place == Where::Device && occupant.is_on_device;
-    let wish = match (is_watched, is_whole && commands.len() == given.len()) {
-        (true, _) => Wish::Each,
-        (false, true) => Wish::Last,
-        (false, false) => Wish::News,
-    };
-    let lent = if place == Where::Device { commands.len() } else { 0 };
     let is_late = !is_there && world.is_behind();
+    let (lent, wish) = match (place, is_watched, is_whole && commands.len() == given.len()) {
+        (Where::Device, true, _) => (commands.len(), Wish::Each),
+        (Where::Device, false, true) => (commands.len(), Wish::Last),
+        (Where::Device, false, false) => (commands.len(), Wish::News),
+        _ => (0, if is_late { Wish::Last } else { Wish::News }),
+    };
     let commands = world.coming(commands).take(lent).copied().collect();
     Start { place, commands, wish, is_late, here: Vec::new() }
 }
@@ -258,6 +264,13 @@ fn step_here<S: Span>(span: &mut S, first: Where, most: usize) -> Vec<Where> {
         }
     }
     places
+}
+
+/// Brings wood and fruit of a world up to its robot, as they were read at the first instant.
+fn catch_up(batch: &WorldBatch, lane: usize, world: &mut World) {
+    world.catch_up(|model, data| {
+        batch.store_whole((lane, 0), model, data);
+    });
 }
 
 /// Takes the frames of a world, if it was lent, with the motion that was read from the device.

@@ -84,7 +84,7 @@ fn a_pick_holds_its_fruit_on_the_device() {
         here.drain_events();
         let mut there = here.clone();
         let mut together = Lockstep::new(&gpu, std::slice::from_ref(&there), 1, 1).unwrap();
-        together.enter(0, &there).unwrap();
+        together.enter(&[(0, &there)]).unwrap();
         let (mut off_by, mut in_hand) = (f64::INFINITY, 0);
         for command in commands {
             here.step(command);

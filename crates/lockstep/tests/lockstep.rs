@@ -61,7 +61,7 @@ fn a_world_moves_as_alone_until_it_touches_something() {
     let Some(mut together) = together_of(&worlds, 3) else { return };
     let mut alone = worlds.clone();
     for (lane, world) in worlds.iter().enumerate() {
-        together.enter(lane, world).unwrap();
+        together.enter(&[(lane, world)]).unwrap();
     }
     for frame in 0..30 {
         let command = command_at(frame);
@@ -92,11 +92,11 @@ fn company_changes_no_bit() {
     let Some(mut few) = together_of(&samples, 1) else { return };
     let mut many = together_of(&samples, 3).unwrap();
     let mut one = samples[1].clone();
-    few.enter(0, &one).unwrap();
+    few.enter(&[(0, &one)]).unwrap();
     let mut worlds = samples.clone();
     worlds.rotate_left(2);
     for (lane, world) in worlds.iter().enumerate() {
-        many.enter(lane, world).unwrap();
+        many.enter(&[(lane, world)]).unwrap();
     }
     for frame in 0..50 {
         let command = command_at(frame);
@@ -114,7 +114,7 @@ fn company_changes_no_bit() {
         if frame % 20 == 7 {
             // Another tree beside it.
             worlds[0] = samples[(frame / 20) as usize].clone();
-            many.enter(0, &worlds[0]).unwrap();
+            many.enter(&[(0, &worlds[0])]).unwrap();
         }
     }
     assert!(one.wood_load().contact_impulse > 0.0, "it touched no wood");
@@ -141,7 +141,7 @@ fn calm_frames_leave_the_tree_behind_and_change_nothing() {
     let mut all = [samples.clone(), samples];
     for (together, worlds) in [&mut whole, &mut lazy].into_iter().zip(&all) {
         for (lane, world) in worlds.iter().enumerate() {
-            together.enter(lane, world).unwrap();
+            together.enter(&[(lane, world)]).unwrap();
         }
     }
     let [ahead, behind] = &mut all;
@@ -229,7 +229,7 @@ fn frames_given_together_change_no_bit() {
     let mut all = [samples.clone(), samples];
     for (together, worlds) in [&mut single, &mut many].into_iter().zip(&all) {
         for (lane, world) in worlds.iter().enumerate() {
-            together.enter(lane, world).unwrap();
+            together.enter(&[(lane, world)]).unwrap();
         }
     }
     let command_of = |lane: usize, frame: u32| {
@@ -304,7 +304,7 @@ fn frames_given_together_change_no_bit() {
 fn a_world_leaves_the_device_with_a_fruit_and_comes_back() {
     let mut worlds = worlds_of(Spec::paper(), 1);
     let Some(mut together) = together_of(&worlds, 1) else { return };
-    together.enter(0, &worlds[0]).unwrap();
+    together.enter(&[(0, &worlds[0])]).unwrap();
     let point = worlds[0].fruit().points[0].index();
     let command = RobotModel::paper().start_command();
     worlds[0].data_mut().point_force_world[point].z = -200.0;
@@ -338,8 +338,8 @@ fn the_times_of_a_frame_change_no_bit() {
     let mut timed = worlds.clone();
     let mut watched = together_of(&timed, 2).unwrap();
     for (lane, (world, other)) in worlds.iter().zip(&timed).enumerate() {
-        together.enter(lane, world).unwrap();
-        watched.enter(lane, other).unwrap();
+        together.enter(&[(lane, world)]).unwrap();
+        watched.enter(&[(lane, other)]).unwrap();
     }
     assert!(watched.profile().is_none());
     watched.keep_profile(true);

@@ -60,12 +60,13 @@ fn give(@builtin(global_invocation_id) id: vec3u) {
     set_world_bits(own_world, WORLD_STIRRED, 0u);
 }
 
-// Number of the frame that a lane has just taken, or 0 if it was given none and is asked nevertheless.
+// Number of the frame that a lane has just taken, or 0 if it was given none and is asked nevertheless, once.
 fn frame_of(lane: u32) -> u32 {
-    if frames_of(lane) == 0u {
-        return select(0u, NOWHERE, asked[ASKED_FIELDS + lane] == WISH_NOTHING);
-    }
     let own_world = world_of(lane);
+    if frames_of(lane) == 0u {
+        let is_told = world_bits(own_world, WORLD_TAKEN) != 0u;
+        return select(0u, NOWHERE, asked[ASKED_FIELDS + lane] == WISH_NOTHING || is_told);
+    }
     return select(world_bits(own_world, WORLD_TAKEN), NOWHERE, world_bits(own_world, WORLD_STOPPED) == WORLD_HELD);
 }
 

@@ -7,6 +7,7 @@ use crate::Solver;
 use crate::layout::{LANES, QUAD, fork, krylov, leaf, link, load, push, tile, wave, work, world};
 use crate::schedule::{PARTS, Schedule, WARPS};
 use std::cmp::Reverse;
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 /// Number of lanes whose quads are 32 bytes together, the smallest unit that a graphics card reads: they belong to one tile.
@@ -157,7 +158,7 @@ impl Memory {
             self.places[index] = Place { block, tile: number, lane, rows, fruit_rows, parts };
             self.load(index, world, schedule);
         }
-        self.set_lengths(number);
+        self.set_lengths(&BTreeSet::from([number]));
     }
 }
 

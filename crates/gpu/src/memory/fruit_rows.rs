@@ -11,7 +11,7 @@ use crate::layout::{LANES, UNBOUNDED, fruit, rod};
 use crate::schedule::MOST_FRUIT_ROWS;
 
 /// Mass in a row without fruit, which keeps its inverse finite [kg].
-const PADDING_MASS: f32 = 1.0;
+pub(super) const PADDING_MASS: f32 = 1.0;
 
 /// Frame in which a fruit counts as come off that is moved by others, as [`Data::point_carried`] tells: the robot does not meet it here.
 const CARRIED: u32 = 1;

@@ -1,17 +1,18 @@
 //! Room for trees that take the places of others.
 
-use std::collections::BTreeMap;
-use std::ops::Range;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use orchard_batch::{Plant, TreeWorld};
+use orchard_batch::TreeWorld;
 use orchard_multibody::Data;
+use rayon::prelude::*;
 
+use super::lane::{LaneNumbers, Scattered};
 use super::rows::rows_of;
 use super::{Memory, Place, fruit_rows, topologies};
 use crate::BatchError;
 use crate::laws::Laws;
-use crate::layout::{LANES, QUAD, fruit, link, notice, tile, touch, world};
+use crate::layout::{LANES, QUAD, fruit, link, notice, tile, world};
 use crate::schedule::{MOST_FRUIT_ROWS, PARTS, Schedule, WARPS};
 
 /// Sizes of trees that fit into the same place of a batch: the rows of each part of a schedule, what its passes hand on, and the longest way from a tip to the root.
@@ -124,58 +125,55 @@ impl Room {
     }
 }
 
+/// Another tree for the place of a world.
+#[derive(Debug)]
+pub(crate) struct Seedling {
+    place: Place,
+    numbers: LaneNumbers,
+}
+
 impl Memory {
-    /// Puts another tree in the place of a world's: constants, state and operations of its lane, of which nothing is left. It must fit into the room of the batch. The copies of the block's buffers
-    /// on the host must be those of the device, since other worlds share them.
-    pub fn plant(&mut self, index: usize, given: &TreeWorld, schedule: &Schedule) {
-        self.clear_lane(index);
-        let number = self.places[index].tile;
+    /// Prepares another tree for the place of a world: constants, state and operations of its lane, with the bending of the joints at the start of the episode. It must fit into the room of the batch.
+    pub fn seedling(&self, index: usize, given: &TreeWorld, schedule: &Schedule, start: &Data) -> Seedling {
+        let Place { block, tile: number, lane, .. } = self.places[index];
         let starts: [usize; PARTS] = std::array::from_fn(|part| self.header(number, tile::STARTS + part));
         let (rows, fruit_rows) = rows_of(given, schedule, &starts, None);
-        let place = &mut self.places[index];
-        (place.rows, place.fruit_rows) = (rows, fruit_rows);
-        place.parts = schedule.parts.each_ref().map(Vec::len);
-        self.load(index, given, schedule);
-        self.set_lengths(number);
-        let block = self.blocks[self.places[index].block].clone();
-        self.pad_fruit(block.fruit_rows);
+        let parts = schedule.parts.each_ref().map(Vec::len);
+        let place = Place { block, tile: number, lane, rows, fruit_rows, parts };
+        let fruit_rows = self.blocks[block].fruit_rows.len();
+        let mut numbers = self.lane_numbers(&place, fruit_rows, given, schedule);
+        numbers.set_starts(&place, given.plant(), start);
+        Seedling { place, numbers }
     }
 
-    /// Sets the numbers of rows of a tile's parts that its worlds use.
-    pub(super) fn set_lengths(&mut self, number: usize) {
-        for part in 0..PARTS {
-            let of_tile = self.places.iter().filter(|place| place.tile == number);
-            let longest = of_tile.map(|place| place.parts[part]).max().unwrap_or(0);
-            self.tiles[number * tile::FIELDS + tile::LENGTHS + part] = longest as u32;
+    /// Plants trees in the places of worlds, of which nothing is left, and returns what the device takes. Of their numbers the host keeps only those that a world has but once.
+    pub fn plant(&mut self, seedlings: Vec<(usize, Seedling)>) -> Scattered {
+        let each: Vec<Scattered> =
+            seedlings.par_iter().map(|(_, tree)| self.scattered(&tree.place, &tree.numbers)).collect();
+        let mut of_tiles = BTreeSet::new();
+        for (index, Seedling { place, numbers }) in seedlings {
+            self.put_world(&place, &numbers);
+            of_tiles.insert(place.tile);
+            self.places[index] = place;
         }
+        self.set_lengths(&of_tiles);
+        each.into_iter().fold(Scattered::default(), |mut all, own| {
+            all.extend(own);
+            all
+        })
     }
 
-    fn clear_lane(&mut self, index: usize) {
-        let (number, lane) = (self.places[index].tile, self.places[index].lane);
-        let rows = self.header(number, tile::STARTS + PARTS);
-        for row in 0..rows {
-            let at = self.operation_at(number, row, lane);
-            self.operations[at] = [0; 4];
-            self.states[at] = 0;
-            for field in 0..link::FIELDS {
-                let at = self.link_at(number, row, field, lane);
-                self.links[at] = 0.0;
-            }
-            for field in 0..touch::FIELDS {
-                let at = self.touch_at(number, row, field, lane);
-                self.work[at] = 0.0;
-            }
+    /// Sets the numbers of rows of the parts of tiles that their worlds use.
+    pub(super) fn set_lengths(&mut self, tiles: &BTreeSet<usize>) {
+        for &number in tiles {
+            let first = number * tile::FIELDS + tile::LENGTHS;
+            self.tiles[first..first + PARTS].fill(0);
         }
-        let block = &self.blocks[self.places[index].block];
-        for row in 0..block.fruit_rows.len() {
-            for field in 0..fruit::FIELDS {
-                let at = self.fruit_at(number, row, field, lane);
-                self.fruit[at] = 0.0;
+        for place in self.places.iter().filter(|place| tiles.contains(&place.tile)) {
+            let lengths = &mut self.tiles[place.tile * tile::FIELDS + tile::LENGTHS..][..PARTS];
+            for (longest, &own) in lengths.iter_mut().zip(&place.parts) {
+                *longest = (*longest).max(own as u32);
             }
-        }
-        for field in 0..world::FIELDS {
-            let at = self.world_at(number, field, lane);
-            self.worlds[at] = 0.0;
         }
     }
 }
@@ -188,17 +186,6 @@ impl Memory {
     pub fn schedule(&self, given: &TreeWorld) -> Result<Arc<Schedule>, BatchError> {
         let mut of_one = topologies::schedules(std::slice::from_ref(given), self.laws)?;
         Ok(of_one.remove(0))
-    }
-
-    /// Places in the work buffer of what contacts need of the links of some worlds' blocks, in order.
-    pub fn touches_of(&self, worlds: &[usize]) -> Vec<Range<usize>> {
-        let of_block: BTreeMap<usize, usize> =
-            worlds.iter().map(|&index| (self.places[index].block, self.places[index].tile)).collect();
-        let touches = of_block.into_iter().map(|(block, number)| {
-            let first = self.header(number, tile::TOUCHES) * QUAD;
-            first..first + self.blocks[block].rows.len() * self.laws.touch_fields() * LANES
-        });
-        touches.collect()
     }
 
     /// Sets the state of a world of which the tree stands here, as in [`Self::plant`], in the host's copy. Its constants stay. Returns the quads of links and fruit that it changed.
@@ -226,17 +213,6 @@ impl Memory {
             self.worlds[at] = f32::from_bits(count as u32);
         }
         [links, fruit]
-    }
-
-    /// Sets how far the joints of a world in a lane were bent at the start of its episode: |M| / M_max there.
-    pub fn set_starts(&mut self, index: usize, plant: &Plant, start: &Data) {
-        let Place { tile: number, lane, rows, .. } = self.places[index].clone();
-        for (segment, &row) in rows.iter().enumerate() {
-            let bend = plant.tree.bending_angle(&plant.model, start, segment);
-            let at = self.link_at(number, row, link::START, lane);
-            self.links[at] =
-                (plant.tree.stiffness[segment] * bend / plant.tree.rupture_moment[segment]) as f32;
-        }
     }
 
     /// Quad of angles and rates of a link.

@@ -34,8 +34,15 @@ impl<'a> Partition<'a> {
     /// Parts of the cut with the shortest critical path that was found: every number of turns of the lower levels is tried, and the last level takes whole
     /// sub-trees.
     pub fn shortest(tree: &'a Tree<'a>, team: usize) -> Vec<(usize, usize)> {
+        let mut best: Option<Self> = None;
+        Self::start(tree, team).search(0, &mut best);
+        let parts = best.map(|best| best.part).unwrap_or_default();
+        parts.into_iter().map(Option::unwrap_or_default).collect()
+    }
+
+    fn start(tree: &'a Tree<'a>, team: usize) -> Self {
         let root = tree.parent.iter().position(Option::is_none).unwrap_or_default();
-        let start = Self {
+        Self {
             tree,
             team,
             part: vec![None; tree.parent.len()],
@@ -43,21 +50,10 @@ impl<'a> Partition<'a> {
             own: Default::default(),
             left: tree.parent.len(),
             length: 0,
-        };
-        let mut best: Option<Self> = None;
-        start.search(0, &mut best);
-        let parts = best.map(|best| best.part).unwrap_or_default();
-        parts.into_iter().map(Option::unwrap_or_default).collect()
+        }
     }
 
     fn search(mut self, level: usize, best: &mut Option<Self>) {
-        if level == LEVELS {
-            self.take_all();
-            if best.as_ref().is_none_or(|best| self.length < best.length) {
-                *best = Some(self);
-            }
-            return;
-        }
         let warps = if level == 0 { 1 } else { self.team };
         loop {
             // No turn takes more than a link a warp.
@@ -65,7 +61,15 @@ impl<'a> Partition<'a> {
             if best.as_ref().is_some_and(|best| at_least >= best.length) {
                 return;
             }
-            if level > 0 || self.left < self.part.len() {
+            if level + 1 == LEVELS {
+                let length = self.length + LEVEL_COST + self.last_level();
+                if best.as_ref().is_none_or(|best| length < best.length) {
+                    let mut cut = self.clone();
+                    cut.end_level();
+                    cut.take_all();
+                    *best = Some(cut);
+                }
+            } else if level > 0 || self.left < self.part.len() {
                 let mut next = self.clone();
                 next.end_level();
                 next.search(level + 1, best);
@@ -94,6 +98,20 @@ impl<'a> Partition<'a> {
         self.length += LEVEL_COST;
     }
 
+    /// Length of the last level if this one ended now, as [`Self::take_all`] assigns it.
+    fn last_level(&self) -> usize {
+        let waiting = self.own.iter().chain([&self.free]).flatten();
+        let mut sizes: Vec<usize> = waiting.map(|(size, _)| *size).collect();
+        sizes.sort_unstable_by_key(|size| Reverse(*size));
+        let mut work = [0; WARPS];
+        for size in sizes {
+            if let Some(least) = work[..self.team].iter_mut().min() {
+                *least += size;
+            }
+        }
+        work.into_iter().max().unwrap_or_default()
+    }
+
     /// Assigns the last level: the largest sub-tree first, each to the warp with the fewest links.
     fn take_all(&mut self) {
         let mut work = [0; WARPS];
@@ -108,5 +126,33 @@ impl<'a> Partition<'a> {
         }
         self.left = 0;
         self.length += work.into_iter().max().unwrap_or_default();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The length that a cut is chosen by is that of its parts.
+    #[test]
+    fn the_last_level_is_as_long_as_foreseen() {
+        let mut parent = vec![None];
+        parent.extend((1..150_usize).map(|k| Some(k * 7 % k)));
+        parent.extend((150..300_usize).map(|k| Some(k / 3)));
+        let tree = Tree::new(&parent);
+        for team in 1..=WARPS {
+            let mut cut = Partition::start(&tree, team);
+            for level in 0..2 {
+                let warps = if level == 0 { 1 } else { team };
+                (0..3).for_each(|_| (0..warps).for_each(|warp| cut.take(level, warp)));
+                let foreseen = cut.length + LEVEL_COST + cut.last_level();
+                let mut whole = cut.clone();
+                whole.end_level();
+                whole.take_all();
+                assert_eq!(whole.length, foreseen, "team of {team}, level {level}");
+                assert!(whole.part.iter().all(Option::is_some));
+                cut.end_level();
+            }
+        }
     }
 }

@@ -72,7 +72,7 @@ impl Grip {
             start: self.world.start(),
             set_points: self.world.set_points(),
         };
-        self.batch.plant(&[tenant]).unwrap();
+        self.batch.plant(&[tenant]);
         self.is_planted = true;
     }
 

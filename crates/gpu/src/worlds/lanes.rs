@@ -6,6 +6,7 @@ use orchard_batch::TreeWorld;
 use orchard_geometry::{Pose, Vec3};
 use orchard_multibody::{Data, Model};
 use orchard_robot::{Command, RobotHandle, RobotModel, SetPoints};
+use rayon::prelude::*;
 
 use super::meeting::Meeting;
 use super::quads::{Gathered, scatter};
@@ -120,20 +121,14 @@ impl WorldBatch {
         Ok(self.room.holds(&size).then_some(Fitted(schedule)))
     }
 
-    /// Puts worlds into their lanes, in the place of what was there. The other lanes go on as they were.
-    ///
-    /// # Errors
-    /// The device was lost.
-    pub fn plant(&mut self, tenants: &[Tenant<'_>]) -> Result<(), GpuError> {
+    /// Puts worlds into their lanes, in the place of what was there. The other lanes go on as they were, and nothing waits for the device.
+    pub fn plant(&mut self, tenants: &[Tenant<'_>]) {
         let (back, new): (Vec<Tenant<'_>>, Vec<_>) = tenants.iter().partition(|tenant| tenant.is_back);
         if !new.is_empty() {
-            let lanes: Vec<usize> = new.iter().map(|tenant| tenant.lane).collect();
-            self.trees.change(&lanes, |memory| {
-                for tenant in &new {
-                    memory.plant(tenant.lane, tenant.tree, &tenant.fitted.0);
-                    memory.set_starts(tenant.lane, tenant.tree.plant(), tenant.start);
-                }
-            })?;
+            let memory = &self.trees.memory;
+            let seedling =
+                |of: &Tenant<'_>| (of.lane, memory.seedling(of.lane, of.tree, &of.fitted.0, of.start));
+            self.trees.plant(new.par_iter().map(seedling).collect());
             for tenant in &new {
                 self.set_places(tenant);
             }
@@ -157,7 +152,6 @@ impl WorldBatch {
         scatter(&self.gpu, &self.trees.buffers.links, &links);
         scatter(&self.gpu, &self.trees.buffers.fruit, &fruit);
         scatter(&self.gpu, &self.robots.buffers.robots, &robots);
-        Ok(())
     }
 
     /// Tells the device where the new tree of a lane is, and what of it is read.
@@ -177,7 +171,7 @@ impl WorldBatch {
         self.trees.stop(lane, NEVER_RAN);
     }
 
-    /// Submits frames of the worlds in lanes, one course a lane, and the reading of what came of them, and returns at once; all worlds without a course stand still. Nothing is submitted if none has one.
+    /// Submits frames of the worlds in lanes, one course a lane, and the reading of what came of them, and returns at once. A world whose course has no frames stands still; its motion is read as it is unless it wishes for news only. Nothing is submitted if nothing is to be done.
     ///
     /// # Errors
     /// A command is for another number of arm joints.
@@ -187,10 +181,7 @@ impl WorldBatch {
     pub fn advance_lanes(&mut self, courses: &[Course<'_>]) -> Result<(), GpuError> {
         let commands: Vec<&[Command]> = courses.iter().map(|course| course.commands).collect();
         self.robots.command_frames(&commands)?;
-        let question = |course: &Course<'_>| match course.commands.len() {
-            0 => Question::default(),
-            frames => Question { frames, wish: course.wish },
-        };
+        let question = |course: &Course<'_>| Question { frames: course.commands.len(), wish: course.wish };
         self.submit(courses.iter().map(question).collect(), true);
         Ok(())
     }
@@ -221,8 +212,8 @@ impl WorldBatch {
             let mut clock = self.clock.take();
             if advances {
                 self.send_rules(frames as u32);
-                read.trees.encode_give(&self.gpu, &mut encoder, &mut clock);
             }
+            read.trees.encode_give(&self.gpu, &mut encoder, &mut clock);
             for frame in 0..frames {
                 if advances {
                     self.encode_frame(&mut encoder, frame, &mut clock);

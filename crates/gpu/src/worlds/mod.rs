@@ -31,6 +31,7 @@ use lanes::Read;
 pub use lanes::{Fitted, Tenant};
 pub use meeting::{ContactPoint, Meeting};
 use pipelines::WorldPass;
+pub(crate) use quads::{scatter, scatter_words};
 use table::WorldTable;
 pub use told::{Course, News, Wish};
 

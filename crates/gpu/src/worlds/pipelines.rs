@@ -68,6 +68,7 @@ impl WorldPipelines {
 pub(crate) struct QuadPipelines {
     pub gather: ComputePipeline,
     pub scatter: ComputePipeline,
+    pub scatter_words: ComputePipeline,
     /// Layout of their bindings: places, quads, packed quads.
     pub bindings: wgpu::BindGroupLayout,
     pub give: ComputePipeline,
@@ -89,6 +90,7 @@ impl QuadPipelines {
         Self {
             gather: kernels.pipeline("gather", &[]),
             scatter: kernels.pipeline("scatter", &[]),
+            scatter_words: kernels.pipeline("scatter_words", &[]),
             bindings: kernels.bindings,
             give: telling.pipeline("give", &[]),
             tell: telling.pipeline("tell", &[]),

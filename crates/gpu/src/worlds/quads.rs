@@ -1,5 +1,6 @@
 //! Quads of a buffer that the host reads in every frame, or writes now and then, wherever they lie.
 
+use bytemuck::Pod;
 use rayon::prelude::*;
 use wgpu::{BufferUsages, ComputePipeline};
 
@@ -122,28 +123,31 @@ impl Gathered {
     }
 }
 
-/// Writes quads to places of a buffer.
-pub(super) fn scatter(gpu: &Gpu, to: &wgpu::Buffer, quads: &[(u32, [f32; QUAD])]) {
-    if quads.is_empty() {
+/// Writes quads to places of a buffer; a place counts quads.
+pub(crate) fn scatter<T: Pod>(gpu: &Gpu, to: &wgpu::Buffer, quads: &[(u32, [T; QUAD])]) {
+    scatter_by(gpu, &gpu.quad_pipelines().scatter, to, quads);
+}
+
+/// Writes words to places of a buffer.
+pub(crate) fn scatter_words(gpu: &Gpu, to: &wgpu::Buffer, words: &[(u32, u32)]) {
+    scatter_by(gpu, &gpu.quad_pipelines().scatter_words, to, words);
+}
+
+fn scatter_by<T: Pod>(gpu: &Gpu, kernel: &ComputePipeline, to: &wgpu::Buffer, given: &[(u32, T)]) {
+    if given.is_empty() {
         return;
     }
-    let (places, values): (Vec<u32>, Vec<[f32; QUAD]>) = quads.iter().copied().unzip();
+    let (places, values): (Vec<u32>, Vec<T>) = given.iter().copied().unzip();
     let storage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
     let list = create_buffer(gpu, "places", 4 * places.len(), storage);
-    let packed = create_buffer(gpu, "packed", QUAD_BYTES * values.len(), storage);
+    let packed = create_buffer(gpu, "packed", size_of_val(values.as_slice()), storage);
     // The buffers are a little longer than the lists: what lies behind them goes nowhere.
     let mut padded = places;
     padded.resize(padded.len().next_multiple_of(QUAD), NOWHERE);
     gpu.queue.write_buffer(&list, 0, bytemuck::cast_slice(&padded));
     gpu.queue.write_buffer(&packed, 0, bytemuck::cast_slice(&values));
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    run(
-        &mut encoder,
-        &gpu.quad_pipelines().scatter,
-        &bound(gpu, &list, to, packed_from(&packed, 0)),
-        padded.len(),
-        None,
-    );
+    run(&mut encoder, kernel, &bound(gpu, &list, to, packed_from(&packed, 0)), padded.len(), None);
     gpu.queue.submit([encoder.finish()]);
 }
 

@@ -20,9 +20,11 @@ const RECORD: usize = Meeting::NUMBERS / QUAD;
 pub(super) const MOTION: usize = 3;
 /// Threads of a workgroup of kernel `give`.
 const GIVE_THREADS: usize = 64;
-/// Slots are read before it is known how many were given: the wanted ones, `AS_MANY` times those that the last reading gave beyond them, and `SOME`. Both are our own choice; slots beyond are read afterwards.
+/// Slots are read before it is known how many were given: the wanted ones, `AS_MANY` times those that the last reading gave beyond them, and `SOME` and one for every `PER_SLOT` lanes. All are our own choice; slots beyond are read afterwards, which waits
+/// for the work of other batches.
 const AS_MANY: usize = 2;
 const SOME: usize = 16;
+const PER_SLOT: usize = 16;
 
 /// Frames that the world of a lane is to take, as many as there are commands. All others stand still meanwhile.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -238,7 +240,7 @@ impl Told {
     /// Encodes the copy of the answers.
     pub fn encode_copy(&mut self, encoder: &mut wgpu::CommandEncoder) {
         let most = self.questions.iter().map(|question| question.told()).sum();
-        self.copied = (self.wanted() + AS_MANY * self.more + SOME).min(most);
+        self.copied = (self.wanted() + AS_MANY * self.more + SOME + self.lanes / PER_SLOT).min(most);
         let numbers = (QUAD_BYTES * self.lanes * self.frames() * OWN) as u64;
         encoder.copy_buffer_to_buffer(&self.told, 0, &self.staging, 0, numbers);
         self.copy(encoder, 0, self.copied);

@@ -23,6 +23,11 @@ const SIDE: u32 = 128;
 /// Target: steps a second with a depth image each, with as many environments.
 const DEPTH_TARGET: f64 = 250_000.0;
 
+/// Resets: one of so many environments begins an episode with a new tree in each step.
+const RESETTING: usize = 100;
+/// Target: rate with those resets over that without.
+const RESETTING_SHARE: f64 = 0.95;
+
 /// Measures environments by their number, from state and with depth images. The actions keep the base in place and move the arm at random, so that hands meet the canopy. Those with images run on the processor alone
 /// besides, for comparison.
 pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
@@ -90,10 +95,17 @@ fn rows_of(name: &str, case: &Case<'_>, target: Option<f64>) -> anyhow::Result<V
     let start = Instant::now();
     env.reset(&vec![Some(SEED); envs as usize], &all)?;
     let reset = start.elapsed().as_secs_f64() / f64::from(envs);
-    let mut rates = Vec::new();
-    let mut run = |env: &mut TaskEnv| {
+    let [mut rates, mut resetting] = [Vec::new(), Vec::new()];
+    let mut turn = 0;
+    let mut run = |env: &mut TaskEnv, resets: bool| {
         let start = Instant::now();
         for _ in 0..steps {
+            if resets {
+                turn += 1;
+                let mask: Vec<bool> =
+                    (0..envs as usize).map(|k| (k + turn).is_multiple_of(RESETTING)).collect();
+                env.reset(&vec![None; envs as usize], &mask)?;
+            }
             let actions: Vec<f32> =
                 (0..envs as usize * size).map(|_| draws.uniform(-1.0, 1.0) as f32).collect();
             let goes_on: Vec<bool> =
@@ -105,12 +117,14 @@ fn rows_of(name: &str, case: &Case<'_>, target: Option<f64>) -> anyhow::Result<V
     };
     // The first round warms up.
     for round in 0..=case.rounds {
-        let seconds = run(&mut env)?;
-        if round > 0 {
-            rates.push(f64::from(envs * steps) / seconds);
+        for (rates, resets) in [(&mut rates, false), (&mut resetting, true)] {
+            let seconds = run(&mut env, resets)?;
+            if round > 0 {
+                rates.push(f64::from(envs * steps) / seconds);
+            }
         }
     }
-    let rates = Rounds::new(rates);
+    let (rates, resetting) = (Rounds::new(rates), Rounds::new(resetting));
     let seen = if case.depth {
         let place = if case.stays { ", which stays on the device," } else { "" };
         format!("with a {SIDE} x {SIDE} depth image{place} in every step")
@@ -131,12 +145,29 @@ fn rows_of(name: &str, case: &Case<'_>, target: Option<f64>) -> anyhow::Result<V
         Row { spread: Some(rates.spread()), note: Some(note), ..row },
         Row { note: Some(of_reset), ..resets },
     ];
+    rows.extend(resetting_rows(name, &rates, &resetting, case.backend));
     if case.backend == Backend::Gpu && !case.depth {
-        env.keep_profile(true);
-        let seconds = run(&mut env)?;
-        rows.extend(step_rows(name, &env, seconds, steps));
+        for (part, resets) in [("", false), (".resetting", true)] {
+            env.keep_profile(true);
+            let seconds = run(&mut env, resets)?;
+            rows.extend(step_rows(&format!("{name}{part}"), &env, seconds, steps));
+        }
     }
     Ok(rows)
+}
+
+/// Rate with resets, and its share of that without.
+fn resetting_rows(name: &str, rates: &Rounds, resetting: &Rounds, backend: Backend) -> [Row; 2] {
+    let note = format!(
+        "one of {RESETTING} environments begins an episode with a new tree in each step; measured in turns with steps that reset none"
+    );
+    let rate = Row::measured(&format!("{name}.resetting"), resetting.median(), "steps/s");
+    let share = resetting.median() / rates.median();
+    let share = Row::measured(&format!("{name}.resetting.share"), share, "1");
+    [
+        Row { spread: Some(resetting.spread()), note: Some(note), ..rate },
+        if backend == Backend::Gpu { share.at_least(RESETTING_SHARE) } else { share },
+    ]
 }
 
 /// Parts of the mean step of all environments, all crews together, in a run of their own, in which every kernel is timed.

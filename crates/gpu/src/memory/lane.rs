@@ -1,0 +1,217 @@
+//! Numbers of a world in its lane, by row, and their places in the buffers.
+
+use orchard_batch::{Plant, TreeWorld};
+use orchard_geometry::{Shape, Vec3};
+use orchard_multibody::Data;
+
+use super::{Memory, Place, fruit_rows};
+use crate::layout::{QUAD, RADIUS_UNITS, UNBOUNDED, fourth, fruit, link, notice, third, tile, touch, world};
+use crate::schedule::{PARTS, Schedule};
+
+/// Numbers of a world: constants, state and operations. Rows are those of its tile, used or not.
+#[derive(Debug)]
+pub(crate) struct LaneNumbers {
+    operations: Vec<[u32; QUAD]>,
+    /// Quads of each row, one row after another.
+    links: Vec<[f32; QUAD]>,
+    touches: Vec<[f32; QUAD]>,
+    fruit: Vec<[f32; QUAD]>,
+    worlds: Vec<f32>,
+}
+
+/// Numbers of some worlds with their places in the buffers; places of quads count quads.
+#[derive(Debug, Default)]
+pub(crate) struct Scattered {
+    pub links: Vec<(u32, [f32; QUAD])>,
+    pub fruit: Vec<(u32, [f32; QUAD])>,
+    /// What contacts need of the links, in the buffer of work.
+    pub touches: Vec<(u32, [f32; QUAD])>,
+    pub operations: Vec<(u32, [u32; QUAD])>,
+    pub states: Vec<(u32, u32)>,
+    pub worlds: Vec<(u32, u32)>,
+}
+
+/// A field of a row, whose quads follow one another.
+fn field(quads: &mut [[f32; QUAD]], fields: usize, row: usize, field: usize) -> &mut f32 {
+    &mut quads[row * fields / QUAD + field / QUAD][field % QUAD]
+}
+
+impl Memory {
+    /// The numbers of a world at a place, with so many rows of fruit; those of wind, own dampers and forces from outside lie elsewhere.
+    pub(super) fn lane_numbers(
+        &self,
+        place: &Place,
+        fruit_rows: usize,
+        given: &TreeWorld,
+        schedule: &Schedule,
+    ) -> LaneNumbers {
+        let rows = self.header(place.tile, tile::STARTS + PARTS);
+        let of_fruit = self.laws.fruit_fields();
+        let mut numbers = LaneNumbers {
+            operations: vec![[0; QUAD]; rows],
+            links: vec![[0.0; QUAD]; rows * link::FIELDS / QUAD],
+            touches: vec![[0.0; QUAD]; rows * self.laws.touch_fields() / QUAD],
+            fruit: vec![[0.0; QUAD]; fruit_rows * of_fruit / QUAD],
+            worlds: vec![0.0; world::FIELDS],
+        };
+        let (plant, data) = (given.plant(), given.data());
+        self.add_operations(&mut numbers, place, plant, schedule);
+        add_links(&mut numbers.links, place, plant, data);
+        if self.laws.touched {
+            for (segment, &row) in place.rows.iter().enumerate() {
+                *field(&mut numbers.touches, touch::FIELDS, row, touch::RADIUS) =
+                    radius(plant, segment) as f32;
+            }
+        }
+        for row in 0..fruit_rows {
+            *field(&mut numbers.fruit, of_fruit, row, fruit::MASS) = fruit_rows::PADDING_MASS;
+        }
+        for (i, &row) in place.fruit_rows.iter().enumerate() {
+            for (at, value) in fruit_rows::numbers(plant, data, i) {
+                *field(&mut numbers.fruit, of_fruit, row, at) = value as f32;
+            }
+        }
+        let root = plant.tree.parent.iter().position(Option::is_none).unwrap_or_default();
+        let p_root = plant.model.body(plant.tree.bodies[root]).x_parent_joint.translation.vector;
+        for k in 0..3 {
+            numbers.worlds[world::P + k] = p_root[k] as f32;
+        }
+        numbers.worlds[world::DAMPING_TIME] = plant.spec.wood.damping_time.si() as f32;
+        for (at, count) in [
+            (world::NOTICE, notice::STALE),
+            (world::FRUIT, place.fruit_rows.iter().max().map_or(0, |last| last + 1)),
+            (world::LINKS, place.rows.len()),
+        ] {
+            numbers.worlds[at] = f32::from_bits(count as u32);
+        }
+        numbers
+    }
+
+    fn add_operations(&self, numbers: &mut LaneNumbers, place: &Place, plant: &Plant, schedule: &Schedule) {
+        for (part, visits) in schedule.parts.iter().enumerate() {
+            // First leaf of the inward pass, if the part has more rows in other lanes.
+            let leaves = visits.last().map_or(0, |visit| (visit.words[2] >> third::LEAF & 0x3ff) + 1);
+            let start = self.header(place.tile, tile::STARTS + part);
+            let rows = start + visits.len()..self.header(place.tile, tile::STARTS + part + 1);
+            rows.for_each(|row| numbers.operations[row][2] = leaves << third::LEAF);
+        }
+        for visit in schedule.parts.iter().flatten() {
+            let segment = visit.link;
+            let [a, b, mut c] = visit.words;
+            if let Some(&first) = schedule.fruit[visit.fruit()].first() {
+                c &= !((0xfff << third::FIRST_FRUIT) as u32);
+                c |= (place.fruit_rows[first] << third::FIRST_FRUIT) as u32;
+            }
+            let radius = (radius(plant, segment) * f64::from(RADIUS_UNITS)).round() as usize;
+            let d = plant.tree.parent[segment].map_or(0xffff, |up| place.rows[up]) << fourth::PARENT_ROW
+                | radius.min(fourth::RADIUS_BITS) << fourth::RADIUS;
+            numbers.operations[place.rows[segment]] = [a, b, c, d as u32];
+        }
+    }
+
+    /// Writes numbers of a world into the host's copy.
+    pub(super) fn put(&mut self, place: &Place, numbers: &LaneNumbers) {
+        let Scattered { links, fruit, touches, operations, states, .. } = self.scattered(place, numbers);
+        let copy = |to: &mut [f32], quads: Vec<(u32, [f32; QUAD])>| {
+            let (to, _) = to.as_chunks_mut();
+            quads.into_iter().for_each(|(at, quad)| to[at as usize] = quad);
+        };
+        copy(&mut self.links, links);
+        copy(&mut self.fruit, fruit);
+        copy(&mut self.work, touches);
+        operations.into_iter().for_each(|(at, words)| self.operations[at as usize] = words);
+        states.into_iter().for_each(|(at, bits)| self.states[at as usize] = bits);
+        self.put_world(place, numbers);
+    }
+
+    /// Writes the numbers that a world has but once into the host's copy.
+    pub(super) fn put_world(&mut self, place: &Place, numbers: &LaneNumbers) {
+        for (field, value) in numbers.worlds.iter().enumerate() {
+            let at = self.world_at(place.tile, field, place.lane);
+            self.worlds[at] = *value;
+        }
+    }
+
+    /// The numbers of a world with their places.
+    pub(super) fn scattered(&self, place: &Place, numbers: &LaneNumbers) -> Scattered {
+        let (number, lane) = (place.tile, place.lane);
+        let rows = 0..numbers.operations.len();
+        let rows: Vec<u32> = rows.map(|row| self.operation_at(number, row, lane) as u32).collect();
+        let of_link = |k: usize| self.link_at(number, 0, k * QUAD, lane);
+        let of_touch = |k: usize| self.touch_at(number, 0, k * QUAD, lane);
+        let of_fruit = |k: usize| self.fruit_at(number, 0, k * QUAD, lane);
+        let quads = |numbers: &[[f32; QUAD]], at: &dyn Fn(usize) -> usize| {
+            numbers.iter().enumerate().map(|(k, quad)| ((at(k) / QUAD) as u32, *quad)).collect()
+        };
+        let of_world = |k: usize| self.world_at(number, k, lane) as u32;
+        Scattered {
+            links: quads(&numbers.links, &of_link),
+            fruit: quads(&numbers.fruit, &of_fruit),
+            touches: quads(&numbers.touches, &of_touch),
+            operations: rows.iter().copied().zip(numbers.operations.iter().copied()).collect(),
+            states: rows.iter().map(|&at| (at, 0)).collect(),
+            worlds: (0..).map(of_world).zip(numbers.worlds.iter().map(|x| x.to_bits())).collect(),
+        }
+    }
+}
+
+impl Scattered {
+    /// Adds those of another world.
+    pub fn extend(&mut self, other: Self) {
+        self.links.extend(other.links);
+        self.fruit.extend(other.fruit);
+        self.touches.extend(other.touches);
+        self.operations.extend(other.operations);
+        self.states.extend(other.states);
+        self.worlds.extend(other.worlds);
+    }
+}
+
+impl LaneNumbers {
+    /// Sets how far the joints were bent at the start of the episode: |M| / M_max there.
+    pub(super) fn set_starts(&mut self, place: &Place, plant: &Plant, start: &Data) {
+        for (segment, &row) in place.rows.iter().enumerate() {
+            let bend = plant.tree.bending_angle(&plant.model, start, segment);
+            *field(&mut self.links, link::FIELDS, row, link::START) =
+                (plant.tree.stiffness[segment] * bend / plant.tree.rupture_moment[segment]) as f32;
+        }
+    }
+}
+
+fn add_links(links: &mut [[f32; QUAD]], place: &Place, plant: &Plant, data: &Data) {
+    let (model, tree) = (&plant.model, &plant.tree);
+    for (segment, &row) in place.rows.iter().enumerate() {
+        let id = tree.bodies[segment];
+        let body = model.body(id);
+        let (direction, i_com) = (body.x_parent_joint.rotation * Vec3::z(), &body.inertia.i_com);
+        let (dof, q) = (model.dofs(id).start, model.qs(id).start);
+        let limit = tree.rupture_moment[segment] / tree.stiffness[segment];
+        let is_root = tree.parent[segment].is_none();
+        for (at, value) in [
+            (link::DIRECTION, direction.x),
+            (link::DIRECTION + 1, direction.y),
+            (link::DIRECTION + 2, direction.z),
+            (link::LENGTH, 2.0 * body.inertia.p_com.z),
+            (link::MASS, body.inertia.mass),
+            (link::ACROSS, i_com[(0, 0)]),
+            (link::EXCESS, i_com[(2, 2)] - i_com[(0, 0)]),
+            (link::STIFFNESS, data.stiffness[dof]),
+            (link::Q, data.q[q]),
+            (link::Q + 1, data.q[q + 1]),
+            (link::V, data.v[dof]),
+            (link::V + 1, data.v[dof + 1]),
+            // The root's joint stands for the soil's grip and does not break.
+            (link::LIMIT, if is_root { f64::from(UNBOUNDED) } else { limit * limit }),
+        ] {
+            *field(links, link::FIELDS, row, at) = value as f32;
+        }
+    }
+}
+
+/// Radius of a segment \[m\].
+fn radius(plant: &Plant, segment: usize) -> f64 {
+    match plant.model.collider(plant.tree.colliders[segment]).shape {
+        Shape::Capsule { radius, .. } => radius,
+        _ => 0.0,
+    }
+}
