@@ -196,10 +196,10 @@ impl TreeWorld {
         Self::in_state(plant, data)
     }
 
-    /// Returns a copy of this tree in a given state of its model.
+    /// Returns a copy of this tree in a given state of its model and of its wood.
     #[must_use]
-    pub fn in_state_of(&self, data: Data) -> Self {
-        Self::in_state(self.plant.clone(), data)
+    pub fn in_state_of(&self, data: Data, rupture: Rupture) -> Self {
+        Self { rupture, ..Self::in_state(self.plant.clone(), data) }
     }
 
     /// The world as [`Self::new`] builds it: unbroken, every fruit on its stem, in static equilibrium, without external forces.

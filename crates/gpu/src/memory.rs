@@ -74,6 +74,8 @@ struct Place {
     fruit_rows: Arc<[usize]>,
     /// Number of links in each part.
     parts: [usize; PARTS],
+    /// True if wood had broken when the world was put here last.
+    is_broken: bool,
 }
 
 impl Memory {
@@ -154,7 +156,8 @@ impl Memory {
                     lane: 0,
                     rows: [].into(),
                     fruit_rows: [].into(),
-                    parts: [0; PARTS]
+                    parts: [0; PARTS],
+                    is_broken: false,
                 };
                 given.len()
             ],

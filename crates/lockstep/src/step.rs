@@ -118,7 +118,7 @@ impl Lockstep {
             self.tally.contacts_lost += lost;
             self.tally.contacts_unsolved += unsolved;
             (occupant.impulse, occupant.faults) = (f64::from(last.contact_impulse), faults);
-            if end.is_off_stem || end.is_ahead {
+            if end.is_changed || end.is_ahead {
                 // The device takes it anew.
                 occupant.is_on_device = false;
                 self.batch.retire(lane);
@@ -175,7 +175,9 @@ impl Lockstep {
         let lanes = &self.lanes;
         let trees: Vec<_> = coming
             .par_iter()
-            .map(|(lane, world)| occupant(lanes, *lane).tree.in_state_of(world.data().clone()))
+            .map(|(lane, world)| {
+                occupant(lanes, *lane).tree.in_state_of(world.data().clone(), world.rupture().clone())
+            })
             .collect();
         let fitted: Vec<_> = coming.iter().map(|(lane, _)| occupant(lanes, *lane).fitted.clone()).collect();
         let starts: Vec<_> = coming.iter().map(|(_, world)| world.x_world_start()).collect();
@@ -214,8 +216,8 @@ struct End {
     calm: usize,
     /// News after the last of them.
     last: Option<News>,
-    /// True if a fruit came off or into the hand.
-    is_off_stem: bool,
+    /// True if a fruit came off or into the hand, or wood broke.
+    is_changed: bool,
     /// True if the device has taken frames that do not count.
     is_ahead: bool,
     /// Reason for which the frames that follow in its span are computed here; none if there are none.
@@ -287,7 +289,7 @@ fn take_back<S: Span>(batch: &WorldBatch, lanes: &[Option<Occupant>], span: &mut
         (end.frames, end.last) = (frame + 1, Some(news));
         impulse_before = f64::from(news.contact_impulse);
         if news.is_whole {
-            end.is_off_stem = world.take_back(&command, |model, handle, data| {
+            end.is_changed = world.take_back(&command, |model, handle, data| {
                 let set_points = batch.store_driven((lane, frame), model, handle, data);
                 let meeting = batch.store_whole((lane, frame), model, data).unwrap_or_default();
                 let contacts = meeting.contacts.iter().map(|contact| ContactReport {
@@ -319,8 +321,8 @@ fn take_back<S: Span>(batch: &WorldBatch, lanes: &[Option<Occupant>], span: &mut
             let (world, commands) = span.frames();
             end.left = match world.outlook(&commands[..1]).stays {
                 Some(stay) => Some(Where::Here(stay)),
-                // What the device knows of the fruit is not true any more.
-                None => end.is_off_stem.then_some(Where::Changed),
+                // What the device knows of fruit and wood is not true any more.
+                None => end.is_changed.then_some(Where::Changed),
             };
         }
         if !goes_on || end.left.is_some() {

@@ -14,7 +14,7 @@ pub enum Where {
     Here(Stay),
     /// In f64, since the tree is larger than the lanes.
     TooLarge,
-    /// In f64, since a fruit has come off or into the hand in the midst of a span.
+    /// In f64, since a fruit has come off or into the hand, or wood has broken, in the midst of a span.
     Changed,
 }
 
@@ -25,7 +25,7 @@ impl Where {
             Self::Device => "device",
             Self::Here(stay) => stay.name(),
             Self::TooLarge => "large_tree",
-            Self::Changed => "fruit_came_off",
+            Self::Changed => "came_off",
         }
     }
 }

@@ -296,7 +296,7 @@ fn frames_given_together_change_no_bit() {
         assert_eq!(world.data().point_p_world, other.data().point_p_world);
     }
     let tally = many.tally();
-    assert!(tally.calm > 20 && tally.frames.contains_key("fruit_came_off"), "{tally:?}");
+    assert!(tally.calm > 20 && tally.frames.contains_key("came_off"), "{tally:?}");
 }
 
 /// A fruit that falls takes its world from the device, until it lies still.

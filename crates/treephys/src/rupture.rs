@@ -20,7 +20,7 @@ pub struct Break {
     /// Inertia of the sub-tree about the joint when it broke [kg m^2].
     pub inertia: f64,
     /// Rate of the joint at the start of the latest substep [rad/s].
-    rate: f64,
+    pub rate: f64,
 }
 
 /// Rupture state of one tree.
@@ -102,7 +102,7 @@ impl Rupture {
             let ramp = if ramp_time > 0.0 { (b.age / ramp_time).min(1.0) } else { 1.0 };
             let moment = b.friction * (1.0 + (wood.broken_friction_ramp.si() - 1.0) * ramp);
             let dofs = model.dofs(tree.bodies[b.segment]);
-            let rate = data.v[dofs.clone()].iter().map(|v| v * v).sum::<f64>().sqrt();
+            let rate = joint_rate(tree, model, data, b.segment);
             let expected = rate + (rate - b.rate).max(0.0);
             let speeding = expected / wood.broken_rate_limit.si();
             let brake = wood.broken_rate_brake.si() * b.inertia * speeding * speeding * speeding * speeding;
@@ -110,6 +110,15 @@ impl Rupture {
             data.damping[dofs].fill(damping);
             b.rate = rate;
             b.age += substep;
+        }
+    }
+
+    /// Counts some time whose motion was computed elsewhere, by the law of [`Self::begin_substep`]; the state is that at its end. The next substep takes a broken joint's rate as it is then, without
+    /// extrapolation.
+    pub fn pass(&mut self, tree: &TreeBody, model: &Model, data: &Data, time: f64) {
+        for b in &mut self.breaks {
+            b.age += time;
+            b.rate = joint_rate(tree, model, data, b.segment);
         }
     }
 
@@ -188,4 +197,9 @@ impl Rupture {
             rate: 0.0,
         });
     }
+}
+
+/// Rate of a segment's joint [rad/s].
+fn joint_rate(tree: &TreeBody, model: &Model, data: &Data, segment: usize) -> f64 {
+    data.v[model.dofs(tree.bodies[segment])].iter().map(|v| v * v).sum::<f64>().sqrt()
 }

@@ -5,15 +5,17 @@
 //! After a calm frame ([`World::take_back_calm`]) only the robot is brought here; wood and fruit follow when they are needed. After one that is not calm all of them are brought here, so that what follows can be computed here instead.
 
 use crate::World;
+use crate::build::Parts;
 use crate::event::Status;
 use crate::groups;
 use crate::state::State;
 use orchard_fruit::Phase;
-use orchard_geometry::{Vec3, transform};
+use orchard_geometry::{Shape, Vec3, transform};
 use orchard_multibody::{
     BodyId, ColliderId, ContactReport, Data, Model, Owner, forward_kinematics, forward_kinematics_of,
 };
 use orchard_robot::{Command, RobotHandle, SetPoints};
+use orchard_spec::Spec;
 use orchard_spec::fault::FaultKind;
 use orchard_treephys::wind::Weather;
 
@@ -27,7 +29,7 @@ const SLACK: f64 = 0.002;
 pub enum Stay {
     /// It stands still in quarantine.
     Stopped,
-    /// Wood has broken.
+    /// Broken wood may touch the ground; or wood has broken beside posts or wires.
     Broken,
     /// A fruit off its stem moves, or may be moved, and is not in the hand.
     Loose,
@@ -131,7 +133,9 @@ impl World {
         if state.status != Status::Running {
             return Some(Stay::Stopped);
         }
-        if !state.rupture.breaks().is_empty() {
+        if !state.rupture.breaks().is_empty()
+            && (!parts.struts.is_empty() || state.debris_may_land(spec, parts, 1))
+        {
             return Some(Stay::Broken);
         }
         if spec.fault.as_ref().is_some_and(|fault| fault.kind == FaultKind::WeightOnArm) {
@@ -147,9 +151,12 @@ impl World {
         (parts.handle.cup.is_some() && is_open).then_some(Stay::Cup)
     }
 
-    /// True if within some frames the robot may touch itself, the ground, posts or wires, or a fruit in its hand these or other fruit, by the speeds of robot and fruit.
+    /// True if within some frames the robot may touch itself, the ground, posts or wires, a fruit in its hand these or other fruit, or broken wood the ground, by the speeds of robot, fruit and wood.
     fn may_meet(&mut self, frames: usize) -> bool {
         let (spec, parts, state) = (&*self.spec, &*self.parts, &mut self.state);
+        if state.debris_may_land(spec, parts, frames) {
+            return true;
+        }
         let State { data, vicinity, speeds, groups_beside, fruit, .. } = state;
         let (data, base) = (&*data, parts.handle.base);
         let colliders = parts.model.colliders();
@@ -204,8 +211,8 @@ impl World {
         vicinity.any(&parts.model, data, groups, alone, together)
     }
 
-    /// Takes a frame that was lent, under a command that was given to the world. `write` writes coordinates, velocities, the motion of fruit that hang or are in the hand, and the servos' inputs of the last substep into the state. Returns true if a fruit came off or came
-    /// into the hand at its end: then it moves in another way from now on.
+    /// Takes a frame that was lent, under a command that was given to the world. `write` writes coordinates, velocities, the motion of fruit that hang or are in the hand, and the servos' inputs of the last substep into the state. Returns true if at its end a fruit came off or came
+    /// into the hand, or wood broke: then it moves in another way from now on.
     pub fn take_back(
         &mut self,
         command: &Command,
@@ -214,11 +221,11 @@ impl World {
         let (spec, parts, state) = (&*self.spec, &*self.parts, &mut self.state);
         let command = state.begin(spec, parts, command);
         state.keep_velocities(parts);
-        let off_stem = |data: &Data| {
+        let bonds = |state: &State| {
             let count = |flags: &[bool]| flags.iter().filter(|flag| **flag).count();
-            [count(&data.tethered), count(&data.point_carried)]
+            [count(&state.data.tethered), count(&state.data.point_carried), state.rupture.breaks().len()]
         };
-        let before = off_stem(&state.data);
+        let before = bonds(state);
         let Moved { set_points, contacts, impulse, peak_force, v_fruit_before } =
             write(&parts.model, &parts.handle, &mut state.data);
         if std::mem::take(&mut state.is_behind) {
@@ -229,11 +236,12 @@ impl World {
         if state.data.is_finite() {
             forward_kinematics(&parts.model, &mut state.data);
             state.load.add_frame(impulse, peak_force);
+            state.rupture.pass(&parts.tree, &parts.model, &state.data, spec.sim.frame());
             state.end_substep(parts);
         }
         state.finish(spec, parts, &self.start, command.vacuum);
         self.end_of_frame();
-        off_stem(&self.state.data) != before
+        bonds(&self.state) != before
     }
 
     /// Takes a frame that was lent, under a command that was given to the world, and was calm: nothing broke or came off, no contact bore load at its end, no joint bore more than before. Wood and fruit stay behind ([`Self::is_behind`]). `write` writes coordinates and velocities of the robot
@@ -293,3 +301,28 @@ fn opens_valve(command: &Command) -> bool {
 #[cfg(test)]
 #[path = "lent_tests.rs"]
 mod tests;
+
+impl State {
+    /// True if broken wood may touch level ground within some frames, by its height and speed.
+    fn debris_may_land(&self, spec: &Spec, parts: &Parts, frames: usize) -> bool {
+        if self.rupture.breaks().is_empty() {
+            return false;
+        }
+        let time = spec.sim.frame() * frames as f64;
+        let way = |speed: f64| FASTER * speed * time + SLACK * (frames * frames) as f64;
+        let limbs = parts.tree.bodies.iter().zip(&parts.tree.colliders).enumerate();
+        limbs.filter(|(segment, _)| self.rupture.is_debris(*segment)).any(|(_, (&body, collider))| {
+            let link = parts.model.body(body);
+            let p_tip = link.inertia.p_com * 2.0;
+            let radius = match parts.model.collider(*collider).shape {
+                Shape::Capsule { radius, .. } => radius,
+                _ => 0.0,
+            };
+            [Vec3::zeros(), p_tip].into_iter().any(|p_body| {
+                let p_world = transform(self.data.x_world_body(body), &p_body);
+                let speed = self.data.point_velocity_world(body, &p_world).norm();
+                p_world.z - radius - parts.settings.contact_margin <= way(speed)
+            })
+        })
+    }
+}

@@ -7,15 +7,21 @@ use crate::worlds::{scatter, scatter_words};
 impl GpuBatch {
     /// Plants trees in the places of worlds. Other worlds stay as they are on the device, and nothing waits for it.
     pub(crate) fn plant(&mut self, seedlings: Vec<(usize, Seedling)>) {
+        let sent = self.memory.plant(seedlings);
+        self.send(&sent);
+        self.gpu.queue.write_buffer(&self.buffers.tiles, 0, bytemuck::cast_slice(&self.memory.tiles));
+    }
+
+    /// Writes numbers to their places.
+    pub(crate) fn send(&self, numbers: &Scattered) {
         let (gpu, buffers) = (&self.gpu, &self.buffers);
-        let Scattered { links, fruit, touches, operations, states, worlds } = self.memory.plant(seedlings);
-        scatter(gpu, &buffers.links, &links);
-        scatter(gpu, &buffers.fruit, &fruit);
-        scatter(gpu, &buffers.work, &touches);
-        scatter(gpu, &buffers.operations, &operations);
-        scatter_words(gpu, &buffers.states, &states);
-        scatter_words(gpu, &buffers.worlds, &worlds);
-        gpu.queue.write_buffer(&buffers.tiles, 0, bytemuck::cast_slice(&self.memory.tiles));
+        let Scattered { links, fruit, touches, operations, states, worlds } = numbers;
+        scatter(gpu, &buffers.links, links);
+        scatter(gpu, &buffers.fruit, fruit);
+        scatter(gpu, &buffers.work, touches);
+        scatter(gpu, &buffers.operations, operations);
+        scatter_words(gpu, &buffers.states, states);
+        scatter_words(gpu, &buffers.worlds, worlds);
     }
 
     /// Sends the flags of a world that goes on.

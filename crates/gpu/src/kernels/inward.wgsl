@@ -222,7 +222,8 @@ fn joint_law(own: Link, row: u32, bits: u32, time: f32) -> vec3f {
     let broken = link(link_at(row), LINK_LIMIT);
     let inertia = broken.y;
     let rate = length(own.v);
-    let frames = rules.frame - (bits >> STATE_BROKE) - 1u;
+    // The number of the frame in which it broke has 21 bits.
+    let frames = (rules.frame - (bits >> STATE_BROKE) - 1u) & (0xffffffffu >> STATE_BROKE);
     let age = f32(frames * rules.substeps + substep) * rules.h;
     var ramp = 1.0;
     if rules.friction_ramp_time > 0.0 {

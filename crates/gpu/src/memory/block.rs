@@ -155,7 +155,8 @@ impl Memory {
             let shared = of_tile.shared.as_deref();
             let (rows, fruit_rows) = rows_of(world, schedule, &of_tile.starts, shared);
             let (block, parts) = (self.blocks.len(), schedule.parts.each_ref().map(Vec::len));
-            self.places[index] = Place { block, tile: number, lane, rows, fruit_rows, parts };
+            self.places[index] =
+                Place { block, tile: number, lane, rows, fruit_rows, parts, is_broken: false };
             self.load(index, world, schedule);
         }
         self.set_lengths(&BTreeSet::from([number]));

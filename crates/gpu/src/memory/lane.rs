@@ -5,13 +5,16 @@ use orchard_geometry::{Shape, Vec3};
 use orchard_multibody::Data;
 
 use super::{Memory, Place, fruit_rows};
-use crate::layout::{QUAD, RADIUS_UNITS, UNBOUNDED, fourth, fruit, link, notice, third, tile, touch, world};
+use crate::layout::{
+    QUAD, RADIUS_UNITS, UNBOUNDED, fourth, fruit, link, notice, state, third, tile, touch, world,
+};
 use crate::schedule::{PARTS, Schedule};
 
 /// Numbers of a world: constants, state and operations. Rows are those of its tile, used or not.
 #[derive(Debug)]
 pub(crate) struct LaneNumbers {
     operations: Vec<[u32; QUAD]>,
+    states: Vec<u32>,
     /// Quads of each row, one row after another.
     links: Vec<[f32; QUAD]>,
     touches: Vec<[f32; QUAD]>,
@@ -49,6 +52,7 @@ impl Memory {
         let of_fruit = self.laws.fruit_fields();
         let mut numbers = LaneNumbers {
             operations: vec![[0; QUAD]; rows],
+            states: vec![0; rows],
             links: vec![[0.0; QUAD]; rows * link::FIELDS / QUAD],
             touches: vec![[0.0; QUAD]; rows * self.laws.touch_fields() / QUAD],
             fruit: vec![[0.0; QUAD]; fruit_rows * of_fruit / QUAD],
@@ -149,7 +153,7 @@ impl Memory {
             fruit: quads(&numbers.fruit, &of_fruit),
             touches: quads(&numbers.touches, &of_touch),
             operations: rows.iter().copied().zip(numbers.operations.iter().copied()).collect(),
-            states: rows.iter().map(|&at| (at, 0)).collect(),
+            states: rows.iter().copied().zip(numbers.states.iter().copied()).collect(),
             worlds: (0..).map(of_world).zip(numbers.worlds.iter().map(|x| x.to_bits())).collect(),
         }
     }
@@ -167,15 +171,54 @@ impl Scattered {
     }
 }
 
+impl Memory {
+    /// Bits of the states of a world's links, by segment: which have broken, and when. The next frame is the one after the rules' own.
+    pub(super) fn states_of(&self, given: &TreeWorld) -> Vec<u32> {
+        let (plant, rupture) = (given.plant(), given.rupture());
+        let bits = |segment| if rupture.is_debris(segment) { state::DEBRIS as u32 } else { 0 };
+        let mut states: Vec<u32> = (0..plant.tree.len()).map(bits).collect();
+        for broken in rupture.breaks() {
+            let frames = (broken.age / plant.spec.sim.frame()).round() as u32;
+            let broke = self.rules.frame.wrapping_sub(frames) << state::BROKE;
+            states[broken.segment] |= state::BROKEN as u32 | broke;
+        }
+        states
+    }
+}
+
+/// Quad of each segment from the square of its limit on. A joint tells how far it was bent at the start of the episode, |M| / M_max, a broken one what its friction needs.
+pub(super) fn limits(given: &TreeWorld, start: &Data) -> Vec<[f32; QUAD]> {
+    let (plant, rupture) = (given.plant(), given.rupture());
+    let tree = &plant.tree;
+    let mut limits: Vec<[f32; QUAD]> = (0..tree.len())
+        .map(|segment| {
+            let bend = tree.bending_angle(&plant.model, start, segment);
+            let ratio = tree.stiffness[segment] * bend / tree.rupture_moment[segment];
+            [limit(plant, segment) as f32, 0.0, 0.0, ratio as f32]
+        })
+        .collect();
+    for broken in rupture.breaks() {
+        let own = &mut limits[broken.segment];
+        [own[1], own[2], own[3]] = [broken.inertia, broken.friction, broken.rate].map(|x| x as f32);
+    }
+    limits
+}
+
 impl LaneNumbers {
-    /// Sets how far the joints were bent at the start of the episode: |M| / M_max there.
-    pub(super) fn set_starts(&mut self, place: &Place, plant: &Plant, start: &Data) {
-        for (segment, &row) in place.rows.iter().enumerate() {
-            let bend = plant.tree.bending_angle(&plant.model, start, segment);
-            *field(&mut self.links, link::FIELDS, row, link::START) =
-                (plant.tree.stiffness[segment] * bend / plant.tree.rupture_moment[segment]) as f32;
+    /// Sets what has broken, and how far the joints were bent at the start of the episode.
+    pub(super) fn set_wood(&mut self, place: &Place, states: &[u32], limits: &[[f32; QUAD]]) {
+        for ((&row, bits), limit) in place.rows.iter().zip(states).zip(limits) {
+            self.states[row] = *bits;
+            self.links[(row * link::FIELDS + link::LIMIT) / QUAD] = *limit;
         }
     }
+}
+
+/// Square of the angle that breaks a segment's joint \[rad^2\]. The root's joint stands for the soil's grip and does not break.
+fn limit(plant: &Plant, segment: usize) -> f64 {
+    let tree = &plant.tree;
+    let angle = tree.rupture_moment[segment] / tree.stiffness[segment];
+    if tree.parent[segment].is_none() { f64::from(UNBOUNDED) } else { angle * angle }
 }
 
 fn add_links(links: &mut [[f32; QUAD]], place: &Place, plant: &Plant, data: &Data) {
@@ -185,8 +228,6 @@ fn add_links(links: &mut [[f32; QUAD]], place: &Place, plant: &Plant, data: &Dat
         let body = model.body(id);
         let (direction, i_com) = (body.x_parent_joint.rotation * Vec3::z(), &body.inertia.i_com);
         let (dof, q) = (model.dofs(id).start, model.qs(id).start);
-        let limit = tree.rupture_moment[segment] / tree.stiffness[segment];
-        let is_root = tree.parent[segment].is_none();
         for (at, value) in [
             (link::DIRECTION, direction.x),
             (link::DIRECTION + 1, direction.y),
@@ -200,8 +241,7 @@ fn add_links(links: &mut [[f32; QUAD]], place: &Place, plant: &Plant, data: &Dat
             (link::Q + 1, data.q[q + 1]),
             (link::V, data.v[dof]),
             (link::V + 1, data.v[dof + 1]),
-            // The root's joint stands for the soil's grip and does not break.
-            (link::LIMIT, if is_root { f64::from(UNBOUNDED) } else { limit * limit }),
+            (link::LIMIT, limit(plant, segment)),
         ] {
             *field(links, link::FIELDS, row, at) = value as f32;
         }

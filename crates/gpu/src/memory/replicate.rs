@@ -61,6 +61,7 @@ impl Memory {
             rows: rows.clone(),
             fruit_rows: fruit_rows.clone(),
             parts,
+            is_broken: false,
         };
         memory.places = (0..count).map(place).collect();
         Ok(memory)

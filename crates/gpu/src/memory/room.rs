@@ -7,7 +7,7 @@ use orchard_batch::TreeWorld;
 use orchard_multibody::Data;
 use rayon::prelude::*;
 
-use super::lane::{LaneNumbers, Scattered};
+use super::lane::{LaneNumbers, Scattered, limits};
 use super::rows::rows_of;
 use super::{Memory, Place, fruit_rows, topologies};
 use crate::BatchError;
@@ -139,10 +139,11 @@ impl Memory {
         let starts: [usize; PARTS] = std::array::from_fn(|part| self.header(number, tile::STARTS + part));
         let (rows, fruit_rows) = rows_of(given, schedule, &starts, None);
         let parts = schedule.parts.each_ref().map(Vec::len);
-        let place = Place { block, tile: number, lane, rows, fruit_rows, parts };
+        let is_broken = !given.rupture().breaks().is_empty();
+        let place = Place { block, tile: number, lane, rows, fruit_rows, parts, is_broken };
         let fruit_rows = self.blocks[block].fruit_rows.len();
         let mut numbers = self.lane_numbers(&place, fruit_rows, given, schedule);
-        numbers.set_starts(&place, given.plant(), start);
+        numbers.set_wood(&place, &self.states_of(given), &limits(given, start));
         Seedling { place, numbers }
     }
 
@@ -188,31 +189,39 @@ impl Memory {
         Ok(of_one.remove(0))
     }
 
-    /// Sets the state of a world of which the tree stands here, as in [`Self::plant`], in the host's copy. Its constants stay. Returns the quads of links and fruit that it changed.
-    pub fn resume(&mut self, index: usize, given: &TreeWorld) -> [Vec<(u32, [f32; QUAD])>; 2] {
+    /// Sets the state of a world of which the tree stands here, as in [`Self::plant`]. Its constants stay. Returns what the device takes but for the world's flags ([`Self::flags_of`]).
+    pub fn resume(&mut self, index: usize, given: &TreeWorld, start: &Data) -> Scattered {
         let (plant, data) = (given.plant().clone(), given.data());
         let place = self.places[index].clone();
         let (number, lane) = (place.tile, place.lane);
-        let mut links = Vec::with_capacity(place.rows.len());
+        let mut sent = Scattered::default();
         for (&id, &row) in plant.tree.bodies.iter().zip(place.rows.iter()) {
             let (dof, q) = (plant.model.dofs(id).start, plant.model.qs(id).start);
             let motion = [data.q[q], data.q[q + 1], data.v[dof], data.v[dof + 1]].map(|x| x as f32);
-            links.push((self.motion_quad(number, row, lane), motion));
+            sent.links.push((self.motion_quad(number, row, lane), motion));
         }
-        let mut fruit = Vec::new();
+        let is_broken = !given.rupture().breaks().is_empty();
+        if is_broken || place.is_broken {
+            let each = self.states_of(given).into_iter().zip(limits(given, start));
+            for (&row, (bits, limit)) in place.rows.iter().zip(each) {
+                sent.states.push((self.operation_at(number, row, lane) as u32, bits));
+                sent.links.push(((self.link_at(number, row, link::LIMIT, lane) / QUAD) as u32, limit));
+            }
+        }
+        self.places[index].is_broken = is_broken;
         for (i, &row) in place.fruit_rows.iter().enumerate() {
             let first = self.fruit_at(number, row, 0, lane) / QUAD;
             let mut quads = [[0.0_f32; QUAD]; fruit::FIELDS / QUAD];
             for (field, value) in fruit_rows::numbers(&plant, data, i) {
                 quads[field / QUAD][field % QUAD] = value as f32;
             }
-            fruit.extend((first..).step_by(LANES).map(|at| at as u32).zip(quads));
+            sent.fruit.extend((first..).step_by(LANES).map(|at| at as u32).zip(quads));
         }
         for (field, count) in [(world::STOPPED, 0), (world::NOTICE, notice::STALE)] {
             let at = self.world_at(number, field, lane);
             self.worlds[at] = f32::from_bits(count as u32);
         }
-        [links, fruit]
+        sent
     }
 
     /// Quad of angles and rates of a link.

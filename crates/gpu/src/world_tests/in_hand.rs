@@ -58,7 +58,7 @@ impl Grip {
 
     /// Puts the world's state on the device.
     fn plant(&mut self) {
-        let tree = self.tree.in_state_of(self.world.data().clone());
+        let tree = self.tree.in_state_of(self.world.data().clone(), self.world.rupture().clone());
         let x_world_odom = self.world.x_world_start();
         let tenant = Tenant {
             lane: 0,

@@ -17,7 +17,7 @@ use crate::batch::encode_each;
 use crate::clock::Clock;
 use crate::device::{Gpu, GpuError};
 use crate::layout::{QUAD, meeting, robot, system};
-use crate::memory::Room;
+use crate::memory::{Room, Scattered};
 use crate::robots::exchange::set_points;
 use crate::robots::{RobotBatch, row_place};
 use crate::rules::Rules;
@@ -133,11 +133,9 @@ impl WorldBatch {
                 self.set_places(tenant);
             }
         }
-        let (mut links, mut fruit) = (Vec::new(), Vec::new());
+        let mut sent = Scattered::default();
         for tenant in &back {
-            let [of_links, of_fruit] = self.trees.memory.resume(tenant.lane, tenant.tree);
-            links.extend(of_links);
-            fruit.extend(of_fruit);
+            sent.extend(self.trees.memory.resume(tenant.lane, tenant.tree, tenant.start));
             self.trees.send_flags(tenant.lane);
         }
         let mut robots = Vec::new();
@@ -149,8 +147,7 @@ impl WorldBatch {
             let record = 4 * (self.table.records + lane * self.table.record) as u64;
             self.gpu.queue.write_buffer(&self.buffers.meetings, record, bytemuck::cast_slice(&zeros));
         }
-        scatter(&self.gpu, &self.trees.buffers.links, &links);
-        scatter(&self.gpu, &self.trees.buffers.fruit, &fruit);
+        self.trees.send(&sent);
         scatter(&self.gpu, &self.robots.buffers.robots, &robots);
     }
 
