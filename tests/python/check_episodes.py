@@ -241,3 +241,6 @@ def test_worlds_on_a_graphics_device_are_those_of_the_cpu_but_for_rounding():
         assert np.abs(reward - due).max() < 1e-4
     assert set(there.unwrapped.frames_by_place) <= {"device", "large_tree"}, there.unwrapped.frames_by_place
     assert here.unwrapped.frames_by_place is None
+    assert here.unwrapped.step_times is None and there.unwrapped.step_times["rounds"] == 0
+    there.step(actions(there, 0))
+    assert there.unwrapped.step_times["rounds"] > 0 and there.unwrapped.step_times["host.take_back"] > 0

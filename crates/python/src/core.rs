@@ -51,6 +51,23 @@ fn frames_of(env: &TaskEnv) -> Option<std::collections::BTreeMap<String, u64>> {
     env.tally().map(|tally| tally.frames)
 }
 
+#[cfg(feature = "gpu")]
+fn times_of(env: &mut TaskEnv) -> Option<std::collections::BTreeMap<String, f64>> {
+    let profile = env.profile();
+    if profile.is_none() {
+        env.keep_profile(true);
+    }
+    let profile = profile.or_else(|| env.profile())?;
+    let host = profile.host.into_iter().map(|(part, seconds)| (format!("host.{part}"), seconds));
+    let device = profile.device.into_iter().map(|(kernel, seconds)| (format!("device.{kernel}"), seconds));
+    Some(host.chain(device).chain([("rounds".to_owned(), profile.rounds as f64)]).collect())
+}
+
+#[cfg(not(feature = "gpu"))]
+fn times_of(_: &mut TaskEnv) -> Option<std::collections::BTreeMap<String, f64>> {
+    None
+}
+
 #[cfg(not(feature = "gpu"))]
 fn frames_of(_: &TaskEnv) -> Option<std::collections::BTreeMap<String, u64>> {
     None
@@ -208,6 +225,11 @@ impl Core {
     /// Numbers of frames by the place where they were computed; none on the CPU.
     fn frames(&self) -> Option<std::collections::BTreeMap<String, u64>> {
         frames_of(&self.env)
+    }
+
+    /// Seconds by the part of a step; none on the CPU. They are kept from the first call on.
+    fn times(&mut self) -> Option<std::collections::BTreeMap<String, f64>> {
+        times_of(&mut self.env)
     }
 
     fn snapshot<'py>(&mut self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyBytes>>> {
