@@ -27,7 +27,7 @@ pub(crate) struct LaneNumbers {
 pub(crate) struct Scattered {
     pub links: Vec<(u32, [f32; QUAD])>,
     pub fruit: Vec<(u32, [f32; QUAD])>,
-    /// What contacts need of the links, in the buffer of work.
+    /// Places and radii of links, which contacts with a robot read; they lie in the buffer of work.
     pub touches: Vec<(u32, [f32; QUAD])>,
     pub operations: Vec<(u32, [u32; QUAD])>,
     pub states: Vec<(u32, u32)>,

@@ -70,7 +70,7 @@ class OrchardVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any]
     @property
     def step_times(self) -> dict[str, float] | None:
         """Seconds that the parts of all steps took since this was asked first: ``host.PART`` on the processor, ``device.KERNEL`` by the device's own clock where it has one,
-        and the number of ``rounds`` in which frames were sent. Timing every kernel slows a step by some ten percent. None with ``backend="cpu"``."""
+        and the number of ``rounds`` in which frames were sent. Timing every kernel slows a step by about a fifth. None with ``backend="cpu"``."""
         return self._open().times()
 
     def _open(self) -> Core:
