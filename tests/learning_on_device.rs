@@ -95,6 +95,33 @@ fn observations_and_rewards_are_those_of_the_cpu() {
     }
 }
 
+/// Trees as measured, with dampers by ratio and fruit in clusters on stems that bend, give what they give on the CPU while the robot touches nothing.
+#[test]
+fn measured_trees_move_as_on_the_cpu() {
+    if !has_device() {
+        return;
+    }
+    for preset in ["measured-wood", "calibrated", "vertical-ufo"] {
+        let scenario = Scenario::of(&[("preset", preset)]).unwrap();
+        let of = |backend| started_in(&scenario, Settings { backend, ..Settings::of(Task::Reach) }, 1);
+        let (mut here, mut there) = (of(Backend::Cpu), of(Backend::Gpu));
+        let actions = vec![0.2; here.interface().policy.action.len()];
+        for step in 0..4 {
+            for env in [&mut here, &mut there] {
+                env.step(&actions, &[true]).unwrap();
+            }
+            let off = apart(here.observation(0), there.observation(0));
+            assert!(off < 1e-3, "{preset}, step {step}: {off}");
+        }
+        let tally = there.tally().unwrap();
+        assert!(tally.share_on_device() > 0.99 && tally.calm > 0, "{preset}: {tally:?}");
+        let fruit = |env: &mut TaskEnv| env.truth(0).unwrap().unwrap().fruit_truth();
+        for (a, b) in fruit(&mut here).iter().zip(fruit(&mut there)) {
+            assert!((a.p_world - b.p_world).norm() < 1e-4, "{preset}: {a:?} {b:?}");
+        }
+    }
+}
+
 /// The device draws the images: those of the first worlds, of later steps, and after a reset show what the processor's show, but for pixels at silhouettes.
 #[test]
 fn images_are_those_of_the_cpu() {
@@ -249,9 +276,12 @@ fn worlds_that_a_device_cannot_step_are_refused() {
     if !has_device() {
         return;
     }
-    let stems = Scenario::of(&[("preset", "calibrated")]).unwrap();
-    let e = Env::new(&stems, 1, 0..1, Backend::Gpu).unwrap_err();
-    assert!(matches!(&e, EnvError::Device(why) if why.contains("fruit.stem")), "{e}");
+    let measured = Scenario::of(&[("preset", "calibrated")]).unwrap();
+    let mut windy = (**measured.spec()).clone();
+    let wind = windy.wind.as_mut().unwrap();
+    wind.speed = wind.speed.with_value(6.0).unwrap();
+    let e = Env::new(&measured.with_spec(windy), 1, 0..1, Backend::Gpu).unwrap_err();
+    assert!(matches!(&e, EnvError::Device(why) if why.contains("a wind blows")), "{e}");
     let mut env = Env::new(&Scenario::of(&[]).unwrap(), 1, 0..2, Backend::Gpu).unwrap();
     let hold = vec![Scenario::of(&[]).unwrap().robot().start_command(); 2];
     env.step(&hold).unwrap();

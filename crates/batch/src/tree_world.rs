@@ -196,10 +196,10 @@ impl TreeWorld {
         Self::in_state(plant, data)
     }
 
-    /// Returns a copy of this tree in a given state of its model and of its wood.
+    /// Returns a copy of this tree in a given state of its model, of its wood and of its fruit.
     #[must_use]
-    pub fn in_state_of(&self, data: Data, rupture: Rupture) -> Self {
-        Self { rupture, ..Self::in_state(self.plant.clone(), data) }
+    pub fn in_state_of(&self, data: Data, rupture: Rupture, fruit: FruitLives) -> Self {
+        Self { rupture, stems: fruit, ..Self::in_state(self.plant.clone(), data) }
     }
 
     /// The world as [`Self::new`] builds it: unbroken, every fruit on its stem, in static equilibrium, without external forces.
@@ -316,6 +316,11 @@ impl TreeWorld {
     /// Events of fruit in the latest frame, detachments with their tension among them.
     pub fn fruit_events(&self) -> &[LooseEvent] {
         &self.fruit_events
+    }
+
+    /// State of the fruit, with the wear of their stems.
+    pub fn fruit_lives(&self) -> &FruitLives {
+        &self.stems
     }
 
     /// Broken joints and sub-trees.

@@ -90,6 +90,16 @@ impl FruitLives {
         self.lives[fruit].bruise.squeeze(force);
     }
 
+    /// Shares of the lives of zone and spur of a fruit's stem that have passed.
+    pub fn wear(&self, fruit: usize) -> [f64; 2] {
+        self.lives[fruit].stem.wear()
+    }
+
+    /// Sets these shares of each fruit; none leave them as they are.
+    pub fn set_wear(&mut self, wear: &[[f64; 2]]) {
+        self.lives.iter_mut().zip(wear).for_each(|(life, wear)| life.stem.set_wear(*wear));
+    }
+
     /// Puts a fruit to sleep where it is.
     pub fn sleep(&mut self, fruit: usize, resting: Resting) {
         self.lives[fruit].sleep(resting);
@@ -100,7 +110,7 @@ impl FruitLives {
         self.lives[fruit].wake();
     }
 
-    /// Ends a substep of length `h` \[s\]: notes stem tensions, wears stems, and holds sleeping fruit at its place; fruit on the base moves with it.
+    /// Ends a substep of length `h` \[s\], by which stems wear: notes stem tensions, and holds sleeping fruit at its place; fruit on the base moves with it.
     pub fn end_substep(
         &mut self,
         set: &FruitSet,

@@ -128,6 +128,16 @@ impl StemLife {
         self.gave_way.is_some()
     }
 
+    /// Shares of the lives of zone and spur that have passed.
+    pub fn wear(&self) -> [f64; 2] {
+        self.wear
+    }
+
+    /// Sets them, where a stem was worn elsewhere.
+    pub fn set_wear(&mut self, wear: [f64; 2]) {
+        self.wear = wear;
+    }
+
     /// Takes how the stem gave way, and its tension then \[N\]; `None` if it has not.
     pub fn take_gave_way(&mut self) -> Option<(Release, f64)> {
         self.gave_way.take()

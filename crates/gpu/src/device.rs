@@ -133,7 +133,7 @@ pub struct Gpu {
     lost: Arc<Mutex<Option<String>>>,
     pipelines: Arc<OnceLock<Arc<Pipelines>>>,
     robot_pipelines: Arc<OnceLock<RobotPipelines>>,
-    world_pipelines: Arc<OnceLock<WorldPipelines>>,
+    world_pipelines: Arc<[OnceLock<WorldPipelines>; 2]>,
     quad_pipelines: Arc<OnceLock<QuadPipelines>>,
     image_pipelines: Arc<OnceLock<ImagePipelines>>,
 }
@@ -229,9 +229,9 @@ impl Gpu {
         self.robot_pipelines.get_or_init(|| RobotPipelines::new(&self.device))
     }
 
-    /// Compiled kernels of whole worlds, shared by all batches of the device.
-    pub(crate) fn world_pipelines(&self) -> &WorldPipelines {
-        self.world_pipelines.get_or_init(|| WorldPipelines::new(&self.device))
+    /// Compiled kernels of whole worlds, of fruit on stems that bend or on tethers, shared by all batches of the device.
+    pub(crate) fn world_pipelines(&self, stems: bool) -> &WorldPipelines {
+        self.world_pipelines[usize::from(stems)].get_or_init(|| WorldPipelines::new(&self.device, stems))
     }
 
     /// Compiled kernels that move quads.

@@ -101,6 +101,12 @@ impl Laws {
         self.pull_field() + if self.wind { pull::FIELDS } else { 0 }
     }
 
+    /// Fields of a row of fruit from which the quads of its motion begin: place, velocity and spin; on stems that bend rotation, rate and rest, the last two with the wear.
+    pub fn fruit_motion(self) -> &'static [usize] {
+        const MOTION: [usize; 6] = [fruit::P, fruit::V, fruit::ARM, rod::Q, rod::RATE, rod::REST];
+        if self.stems { &MOTION } else { &MOTION[..3] }
+    }
+
     /// First field of the pull in a row of fruit.
     pub fn pull_field(self) -> usize {
         if self.stems { rod::FIELDS } else { fruit::FIELDS }

@@ -76,6 +76,8 @@ struct Place {
     parts: [usize; PARTS],
     /// True if wood had broken when the world was put here last.
     is_broken: bool,
+    /// Frames of the batch in which the world stood still.
+    missed: u32,
 }
 
 impl Memory {
@@ -158,6 +160,7 @@ impl Memory {
                     fruit_rows: [].into(),
                     parts: [0; PARTS],
                     is_broken: false,
+                    missed: 0,
                 };
                 given.len()
             ],
@@ -193,13 +196,6 @@ impl Memory {
         let numbers = self.lane_numbers(&place, fruit_rows, given, schedule);
         self.put(&place, &numbers);
         let (plant, data) = (given.plant(), given.data());
-        if self.laws.modal {
-            for (&id, &row) in plant.tree.bodies.iter().zip(&*place.rows) {
-                let dof = plant.model.dofs(id).start;
-                let at = self.damper_at(number, row, lane);
-                self.links[at] = (data.damping[dof] / data.stiffness[dof]) as f32;
-            }
-        }
         self.load_wind(given, number, lane, &place);
         for (segment, id) in plant.tree.bodies.iter().enumerate() {
             let (force, torque) = (data.body_force_world[id.index()], data.body_torque_world[id.index()]);
@@ -265,6 +261,17 @@ impl Memory {
     pub fn notice_of(&self, index: usize) -> usize {
         let place = &self.places[index];
         self.world_at(place.tile, world::NOTICE, place.lane)
+    }
+
+    /// Counts frames of the batch in which a world stands still.
+    pub fn stand_still(&mut self, index: usize, frames: u32) {
+        let missed = &mut self.places[index].missed;
+        *missed = missed.wrapping_add(frames);
+    }
+
+    /// Frames of the batch in which each world stood still.
+    pub fn missed(&self) -> impl Iterator<Item = u32> {
+        self.places.iter().map(|place| place.missed)
     }
 
     /// Bits of a world's field.

@@ -3,6 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use orchard_batch::Plant;
 use orchard_fruit::least_load;
+use orchard_multibody::SLOW_TURN;
 use orchard_multibody::contact::in_series;
 
 use crate::layout::wave;
@@ -91,6 +92,8 @@ pub(crate) struct Rules {
     pub folding_speed: f32,
     /// Number of the substep in the frame, from 0, of passes that advance one substep.
     pub substep: u32,
+    /// Rate of a link from which on velocity products are not explicit in f64 [rad/s]; worlds with a robot tell of it.
+    pub slow_rate: f32,
 }
 
 /// Steps from rest to the static equilibrium: length of a step [s], and number of steps. Long steps are Newton steps on the statics without geometric stiffness, which overshoot in limp twigs, where
@@ -138,6 +141,7 @@ impl Rules {
             ground_friction: (fruit.friction.si() * sim.ground_friction.si()).sqrt() as f32,
             spin_loss: fruit.rolling_loss.si() as f32,
             wood_stiffness: in_series(wood.contact_stiffness.si(), sim.ground_stiffness.si()) as f32,
+            slow_rate: (SLOW_TURN / plant.settings.h) as f32,
             wood_friction: (wood.friction.si() * sim.ground_friction.si()).sqrt() as f32,
             ..Self::of_stems_and_wind(plant)
         }

@@ -4,7 +4,7 @@ use crate::layout;
 use crate::schedule::{LEVELS, PARTS, WARPS};
 
 /// Source files of the kernels.
-pub(crate) const FILES: [(&str, &str); 22] = [
+pub(crate) const FILES: [(&str, &str); 23] = [
     ("memory", include_str!("kernels/memory.wgsl")),
     ("math", include_str!("kernels/math.wgsl")),
     ("load", include_str!("kernels/load.wgsl")),
@@ -12,6 +12,7 @@ pub(crate) const FILES: [(&str, &str); 22] = [
     ("ground", include_str!("kernels/ground.wgsl")),
     ("inward", include_str!("kernels/inward.wgsl")),
     ("stem", include_str!("kernels/stem.wgsl")),
+    ("pivot", include_str!("kernels/pivot.wgsl")),
     ("rod", include_str!("kernels/rod.wgsl")),
     ("wind", include_str!("kernels/wind.wgsl")),
     ("outward", include_str!("kernels/outward.wgsl")),
@@ -59,10 +60,12 @@ pub(crate) fn source_of_worlds() -> String {
     let rules = memory.split_once("@group").map_or(memory, |(rules, _)| rules);
     let files = [
         include_str!("kernels/world.wgsl"),
+        include_str!("kernels/pivot.wgsl"),
         include_str!("kernels/world_robot.wgsl"),
         include_str!("kernels/world_box.wgsl"),
         include_str!("kernels/world_meet.wgsl"),
         include_str!("kernels/world_paths.wgsl"),
+        include_str!("kernels/world_rod.wgsl"),
         include_str!("kernels/world_newton.wgsl"),
         include_str!("kernels/world_apply.wgsl"),
     ];

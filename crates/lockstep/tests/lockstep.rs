@@ -368,7 +368,9 @@ fn what_a_user_can_get_wrong() {
     let e = Lockstep::new(&gpu, &[], 1, 1).unwrap_err();
     assert!(matches!(e, LockstepError::Empty { samples: 0, lanes: 1 }), "{e}");
     assert!(Lockstep::new(&gpu, &worlds, 0, 1).is_err());
-    let stems = Spec::preset(Preset::Calibrated);
-    let e = Lockstep::new(&gpu, &worlds_of(stems, 1), 1, 1).unwrap_err().to_string();
-    assert!(e.contains("fruit.stem"), "{e}");
+    let mut windy = Spec::preset(Preset::Calibrated);
+    let wind = windy.wind.as_mut().unwrap();
+    wind.speed = wind.speed.with_value(6.0).unwrap();
+    let e = Lockstep::new(&gpu, &worlds_of(windy, 1), 1, 1).unwrap_err().to_string();
+    assert!(e.contains("a wind blows (wind)"), "{e}");
 }

@@ -11,7 +11,7 @@ use crate::model::{BodyId, Groups, JointKind, Model, PointId};
 use crate::rod::Deflection;
 use crate::solver::scratch::LinearScratch;
 use crate::spatial::Twist;
-use crate::velocity_products::VelocityProducts;
+use crate::velocity_products::{VelocityProducts, fastest_turn};
 
 /// State, the inputs of the next step, and scratch of one world. A step from a clone gives the same bits;
 /// [`Data::state`] keeps only what that needs.
@@ -147,6 +147,11 @@ impl Data {
     /// Velocity of a link at its origin, world axes, as of the last kinematics.
     pub fn velocity(&self, id: BodyId) -> Twist {
         self.kinematics.links[id.index()].velocity
+    }
+
+    /// Largest rate at which a link turns [rad/s]. Where it turns by more than [`SLOW_TURN`](crate::SLOW_TURN) in a substep, velocity products are not explicit any more.
+    pub fn fastest_turn(&self) -> f64 {
+        fastest_turn(&self.kinematics)
     }
 
     /// Velocity of the material point of a link that is now at `p_world` [m/s].

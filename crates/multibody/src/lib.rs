@@ -82,6 +82,7 @@ pub use spatial::{Twist, Wrench};
 pub use state::{State, StateError};
 pub use statics::{StaticsError, equilibrium};
 pub use step::{Integrator, StepReport, StepSettings, step};
+pub use velocity_products::SLOW_TURN;
 
 /// Compiles and runs the example of the README.
 #[cfg(doctest)]

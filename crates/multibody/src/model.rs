@@ -58,6 +58,11 @@ impl Model {
         &self.couplings
     }
 
+    /// Pairs of point bodies that have grown into each other ([`accept_overlaps`](crate::accept_overlaps)), with the depth \[m\].
+    pub fn overlaps(&self) -> impl Iterator<Item = (ColliderId, ColliderId, f64)> {
+        self.overlaps.iter().map(|(&(a, b), &depth)| (a, b, depth))
+    }
+
     /// The colliders; `ColliderId` is the index.
     pub fn colliders(&self) -> &[Collider] {
         &self.colliders

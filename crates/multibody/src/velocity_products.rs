@@ -18,7 +18,7 @@ use crate::model::Model;
 use crate::spatial::{Twist, Wrench};
 
 /// Turn of a link within a substep \[rad\] up to which velocity products are explicit.
-const SLOW_TURN: f64 = 0.1;
+pub const SLOW_TURN: f64 = 0.1;
 /// Turn of a link within a substep \[rad\] from which the change of momentum replaces them.
 const FAST_TURN: f64 = 0.2;
 
@@ -45,8 +45,7 @@ impl VelocityProducts {
     /// Sets the share of the velocity products to replace in a substep of length `h`, and, if it is not 0, computes the
     /// velocities at the last pose. Kinematics are valid before and after.
     pub fn look_back(&mut self, model: &Model, q: &[f64], v: &[f64], kinematics: &mut Kinematics, h: f64) {
-        let fastest = kinematics.links.iter().map(|link| link.velocity.angular.norm_squared());
-        let turn = h * fastest.fold(0.0_f64, f64::max).sqrt();
+        let turn = h * fastest_turn(kinematics);
         self.share = ((turn - SLOW_TURN) / (FAST_TURN - SLOW_TURN)).clamp(0.0, 1.0);
         if self.share == 0.0 {
             return;
@@ -80,6 +79,12 @@ impl VelocityProducts {
             *impulse += Wrench { torque: torque + r.cross(&force), force }.scaled(share);
         }
     }
+}
+
+/// Largest rate at which a link turns [rad/s].
+pub(crate) fn fastest_turn(kinematics: &Kinematics) -> f64 {
+    let squares = kinematics.links.iter().map(|link| link.velocity.angular.norm_squared());
+    squares.fold(0.0_f64, f64::max).sqrt()
 }
 
 /// A world vector in the link's axes.

@@ -12,7 +12,8 @@ use crate::state::State;
 use orchard_fruit::Phase;
 use orchard_geometry::{Shape, Vec3, transform};
 use orchard_multibody::{
-    BodyId, ColliderId, ContactReport, Data, Model, Owner, forward_kinematics, forward_kinematics_of,
+    BodyId, ColliderId, ContactReport, Data, Model, Owner, SLOW_TURN, forward_kinematics,
+    forward_kinematics_of,
 };
 use orchard_robot::{Command, RobotHandle, SetPoints};
 use orchard_spec::Spec;
@@ -39,12 +40,14 @@ pub enum Stay {
     Near,
     /// A weight hangs on the arm.
     Weight,
+    /// Wood or a stem turns so fast that its velocity products are not explicit (`docs/decisions/0010-fast-turns.md`).
+    Fast,
 }
 
 impl Stay {
     /// All reasons.
-    pub const ALL: [Self; 6] =
-        [Self::Stopped, Self::Broken, Self::Loose, Self::Cup, Self::Near, Self::Weight];
+    pub const ALL: [Self; 7] =
+        [Self::Stopped, Self::Broken, Self::Loose, Self::Cup, Self::Near, Self::Weight, Self::Fast];
 
     /// Name in results.
     pub fn name(self) -> &'static str {
@@ -55,6 +58,7 @@ impl Stay {
             Self::Cup => "suction",
             Self::Near => "near_ground_or_itself",
             Self::Weight => "weight_on_arm",
+            Self::Fast => "fast_turns",
         }
     }
 }
@@ -72,6 +76,8 @@ pub struct Moved {
     pub peak_force: f64,
     /// Velocity of each fruit before the frame [m/s, world], if the world was behind then.
     pub v_fruit_before: Vec<Vec3>,
+    /// Wear of each stem that bends, of zone and spur, after it; none on tethers.
+    pub stem_wear: Vec<[f64; 2]>,
 }
 
 /// All that came of a calm frame besides the robot's motion.
@@ -140,6 +146,10 @@ impl World {
         }
         if spec.fault.as_ref().is_some_and(|fault| fault.kind == FaultKind::WeightOnArm) {
             return Some(Stay::Weight);
+        }
+        // After calm frames nothing turned fast.
+        if !state.is_behind && state.data.fastest_turn() * parts.settings.h > SLOW_TURN {
+            return Some(Stay::Fast);
         }
         if state.fruit.any_off_stem() {
             state.wake(spec, parts, spec.sim.frame());
@@ -226,18 +236,20 @@ impl World {
             [count(&state.data.tethered), count(&state.data.point_carried), state.rupture.breaks().len()]
         };
         let before = bonds(state);
-        let Moved { set_points, contacts, impulse, peak_force, v_fruit_before } =
+        let Moved { set_points, contacts, impulse, peak_force, v_fruit_before, stem_wear } =
             write(&parts.model, &parts.handle, &mut state.data);
         if std::mem::take(&mut state.is_behind) {
             state.keep_fruit_velocities(v_fruit_before);
         }
         state.servos.restore(&set_points);
+        state.fruit.set_wear(&stem_wear);
         state.report.contacts = contacts;
         if state.data.is_finite() {
             forward_kinematics(&parts.model, &mut state.data);
             state.load.add_frame(impulse, peak_force);
             state.rupture.pass(&parts.tree, &parts.model, &state.data, spec.sim.frame());
-            state.end_substep(parts);
+            // The stems have worn already.
+            state.end_substep(parts, 0.0);
         }
         state.finish(spec, parts, &self.start, command.vacuum);
         self.end_of_frame();
@@ -274,10 +286,11 @@ impl World {
         self.state.is_behind
     }
 
-    /// Brings wood and fruit up to the robot: `write` writes their motion into the state.
-    pub fn catch_up(&mut self, write: impl FnOnce(&Model, &mut Data)) {
+    /// Brings wood and fruit up to the robot: `write` writes their motion into the state, and returns the wear of the stems ([`Moved::stem_wear`]).
+    pub fn catch_up(&mut self, write: impl FnOnce(&Model, &mut Data) -> Vec<[f64; 2]>) {
         let (parts, state) = (&*self.parts, &mut self.state);
-        write(&parts.model, &mut state.data);
+        let stem_wear = write(&parts.model, &mut state.data);
+        state.fruit.set_wear(&stem_wear);
         forward_kinematics(&parts.model, &mut state.data);
         state.is_behind = false;
     }

@@ -185,14 +185,14 @@ impl State {
             pull.end_substep(&mut self.data);
         }
         self.load.add_substep(&parts.colliders, &self.report, h);
-        self.end_substep(parts);
+        self.end_substep(parts, h);
     }
 
-    /// Ends a substep after its motion: stems, sleeping fruit, loose fruit.
-    pub fn end_substep(&mut self, parts: &Parts) {
-        let Parts { model, handle, settings, .. } = parts;
+    /// Ends a substep after its motion: stems, which wear by `h` \[s\], sleeping fruit, loose fruit.
+    pub fn end_substep(&mut self, parts: &Parts, h: f64) {
+        let Parts { model, handle, .. } = parts;
         let (x_world_base, velocity) = bucket_motion(&self.data, handle);
-        self.fruit.end_substep(&parts.fruit, model, &mut self.data, settings.h, &x_world_base, velocity);
+        self.fruit.end_substep(&parts.fruit, model, &mut self.data, h, &x_world_base, velocity);
         self.step_loose(parts);
     }
 

@@ -41,6 +41,7 @@ struct Rules {
     wind_y: f32,
     folding_speed: f32,
     substep: u32,
+    slow_rate: f32,
 }
 
 @group(0) @binding(0) var<uniform> rules: Rules;
@@ -121,8 +122,6 @@ fn set_link(at: u32, field: u32, value: vec4f) {
 
 // Number of warps of a tile that work; the parts of the others are empty (`laws.rs`).
 override TEAM: u32 = WARPS;
-// True if fruit hang on stems that bend.
-override STEMS: bool = false;
 // True if a wind blows.
 override WIND: bool = false;
 // True if workgroups of its own set the air, and if such press the links (`laws.rs`).

@@ -158,6 +158,7 @@ fn outward(part: u32, mode: u32) {
         let is_debris = (bits & STATE_DEBRIS) != 0u;
         if TOUCHES {
             keep_place(row, p_joint, is_debris);
+            note_fast_turn(mode, at_joint.w);
         }
         for (var k = first_fruit; k < last_fruit; k++) {
             let at = fruit_at(k);
@@ -278,6 +279,13 @@ fn kinematics(own: Hinge, parent: Motion) -> Motion {
     let s_w = joint.first * v.x + joint.axes.y * v.y;
     let b_w = parent.b_w + cross(parent.w, s_w) + joint.third * (v.x * v.y);
     return Motion(joint.axes, parent.w + s_w, b_w, parent.v, parent.b_v);
+}
+
+// Notes a link that turns so fast at the end of a frame that f64 computes its velocity products otherwise (decision 10).
+fn note_fast_turn(mode: u32, w: vec3f) {
+    if mode == TEST && dot(w, w) > rules.slow_rate * rules.slow_rate {
+        found_notice |= NOTICE_STRAINED;
+    }
 }
 
 // Counts frames over the limit of an unbroken joint, and tests that its numbers are finite.

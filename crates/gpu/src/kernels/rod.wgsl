@@ -30,40 +30,15 @@ fn read_rod(at: u32) -> Rod {
     return Rod(fruit(at, ROD_Q), rate.xyz, rest.xyz, vec2f(rate.w, rest.w), y.xyz, y.w, fruit(at, FRUIT_IMPULSE).w);
 }
 
-// Numbers of a rod's elimination.
-struct RodPivot {
-    // From the joint to the centre of the fruit [m].
-    length: f32,
-    // Inertia that the tether adds to the fruit, and mass that both add to the end of the rod, mu [kg].
-    kappa: f32,
-    added: f32,
-    // J, and P = J + mu L^2 [kg m^2].
-    inertia: f32,
-    swing: f32,
-    // mu L [kg m].
-    lever: f32,
-    // Armatures a of bending and twist; 1 / (P + a), and 1 / (J + a) of the twist.
-    armature: vec2f,
-    inverse: vec2f,
-}
-
+// The pivot of a fruit's rod. The dampings stand in the places of the tether's bias and cap.
 fn rod_pivot(stem: Stem) -> RodPivot {
-    let h = rules.h;
     let length = -stem.drop;
-    let kappa = h * (stem.damping + h * stem.stiffness);
-    let added = stem.mass * kappa / (stem.mass + kappa);
-    let inertia = BALL * stem.mass * stem.radius * stem.radius;
-    let lever = added * length;
-    let swing = inertia + lever * length;
     var stiffness = vec2f(rules.stem_bending, rules.stem_twisting);
     if SETTLES {
         // Gravity is stiffer than the spring: with it a step from rest is Newton's.
         stiffness.x += stem.mass * rules.gravity * length;
     }
-    // The dampings stand in the places of the tether's bias and cap.
-    let armature = (vec2f(stem.bias, stem.cap) * rules.damped + stiffness * h) * h;
-    let inverse = vec2f(1.0) / (vec2f(swing, inertia) + armature);
-    return RodPivot(length, kappa, added, inertia, swing, lever, armature, inverse);
+    return pivot_of_rod(length, vec2f(stem.mass, stem.radius), vec2f(stem.stiffness, stem.damping), stiffness, vec2f(stem.bias, stem.cap));
 }
 
 // A vector of a link's axes in the world, and the reverse.
@@ -73,16 +48,6 @@ fn in_world(axes: Axes, v: vec3f) -> vec3f {
 
 fn in_axes(axes: Axes, v: vec3f) -> vec3f {
     return vec3f(dot(axes.x, v), dot(axes.y, v), dot(axes.z, v));
-}
-
-// Part of a vector along a direction.
-fn along(e: vec3f, v: vec3f) -> vec3f {
-    return e * dot(e, v);
-}
-
-// Product with a tensor that has one number across a direction and another along it.
-fn about(across_and_along: vec2f, e: vec3f, v: vec3f) -> vec3f {
-    return v * across_and_along.x + along(e, v) * (across_and_along.y - across_and_along.x);
 }
 
 fn direction_of(q: vec4f, rest: vec3f) -> vec3f {
@@ -203,9 +168,14 @@ fn rod_start(at: u32, stem: Stem, rod: Rod, own: Motion, p: vec3f, mode: u32) {
     let mass_along = pivot.lever * pivot.lever * pivot.inverse.x;
     let reach = pivot.length * pivot.armature.x * per;
 
-    let released = worn(at, stem, rod, bent, dot(stretch, e), mode);
+    let stretched = dot(stretch, e);
+    let released = worn(at, stem, rod, bent, stretched, mode);
     var place = select(stem.arm, r + e * reach, hangs);
     if mode == TEST {
+        if TOUCHES {
+            found_tension = max(found_tension, stem.stiffness * stretched);
+            note_fast_turn(mode, w);
+        }
         if !(is_finite(dot(stem.p, stem.p)) && is_finite(dot(stem.v, stem.v)) && is_finite(dot(rod.q, rod.q)) && is_finite(dot(rod.rate, rod.rate))) {
             found_notice |= NOTICE_NON_FINITE;
         }
@@ -244,6 +214,9 @@ fn worn(at: u32, stem: Stem, rod: Rod, bent: Deflection, stretch: f32, mode: u32
     let loads = vec2f(shares.x + shares.y + shares.z, torn * torn);
     if stem.stiffness == 0.0 || max(loads.x, loads.y) <= rules.stem_least_load {
         return stem.frames_over;
+    }
+    if TOUCHES {
+        found_notice |= NOTICE_STRAINED;
     }
     let wear = rod.wear + vec2f(share_of_life(loads.x), share_of_life(loads.y));
     set_fruit(at, ROD_RATE, vec4f(rod.rate, wear.x));

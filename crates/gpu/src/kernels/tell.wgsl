@@ -11,6 +11,8 @@
 @group(0) @binding(7) var<storage, read_write> given: atomic<u32>;
 
 const THREADS: u32 = 64u;
+// Impulse of two fruit on each other below which nothing has happened [N s], our own choice: half a millimetre a second of a fruit.
+const FAINT: f32 = 1e-4;
 // Place of a quad, or slot, that is not there.
 const NOWHERE: u32 = 0xffffffffu;
 const RECORD_QUADS: u32 = (MEETING_FIELDS + MEETING_MOST_CONTACTS * CONTACT_FIELDS) / QUAD;
@@ -58,6 +60,7 @@ fn give(@builtin(global_invocation_id) id: vec3u) {
     }
     set_world_bits(own_world, WORLD_TAKEN, 0u);
     set_world_bits(own_world, WORLD_STIRRED, 0u);
+    set_world_bits(own_world, WORLD_MISSED, asked[ASKED_FIELDS + asked[ASKED_LANES] + lane]);
 }
 
 // Number of the frame that a lane has just taken, or 0 if it was given none and is asked nevertheless, once.
@@ -91,8 +94,9 @@ fn tell(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) th
     }
     workgroupBarrier();
     if thread < contacts {
-        let impulse = meetings[record + (MEETING_FIELDS + thread * CONTACT_FIELDS) / QUAD].xyz;
-        if any(impulse != vec3f(0.0)) {
+        let contact = meetings[record + (MEETING_FIELDS + thread * CONTACT_FIELDS) / QUAD];
+        let is_of_fruit = (bitcast<u32>(contact.w) & PAIR_FRUIT) != 0u;
+        if any(contact.xyz != vec3f(0.0)) && !(is_of_fruit && dot(contact.xyz, contact.xyz) < FAINT * FAINT) {
             atomicAdd(&loaded, 1u);
         }
     }
@@ -124,11 +128,12 @@ fn tell(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) th
     let lanes = asked[ASKED_LANES];
     let most_links = asked[ASKED_LINKS];
     let most_fruit = asked[ASKED_FRUIT];
-    let link_places = ASKED_FIELDS + lanes + lane * most_links;
-    let fruit_places = ASKED_FIELDS + lanes * (1u + most_links) + lane * 3u * most_fruit;
+    let motion = asked[ASKED_MOTION];
+    let link_places = ASKED_FIELDS + 2u * lanes + lane * most_links;
+    let fruit_places = ASKED_FIELDS + lanes * (2u + most_links) + lane * motion * most_fruit;
     let numbers_end = TOLD_FIELDS / QUAD * asked[ASKED_FRAMES] * lanes;
     let before = numbers_end + lane * most_fruit;
-    let each = most_links + 4u * most_fruit + RECORD_QUADS;
+    let each = most_links + (motion + 1u) * most_fruit + RECORD_QUADS;
     let own = numbers_end + most_fruit * lanes + slot * each;
     if slot != NOWHERE {
         for (var k = thread; k < most_links; k += THREADS) {
@@ -137,14 +142,14 @@ fn tell(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) th
                 told[own + k] = links[place];
             }
         }
-        for (var k = thread; k < 3u * most_fruit; k += THREADS) {
+        for (var k = thread; k < motion * most_fruit; k += THREADS) {
             let place = asked[fruit_places + k];
             if place != NOWHERE {
                 told[own + most_links + k] = fruits[place];
             }
         }
         for (var k = thread; k < RECORD_QUADS; k += THREADS) {
-            told[own + most_links + 3u * most_fruit + k] = meetings[record + k];
+            told[own + most_links + motion * most_fruit + k] = meetings[record + k];
         }
     }
     // The velocities of this frame are those of a frame ago in the next one.
@@ -152,7 +157,7 @@ fn tell(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) th
         if slot != NOWHERE {
             told[own + each - most_fruit + k] = told[before + k];
         }
-        let place = asked[fruit_places + 3u * k + 1u];
+        let place = asked[fruit_places + motion * k + 1u];
         if place != NOWHERE {
             told[before + k] = fruits[place];
         }

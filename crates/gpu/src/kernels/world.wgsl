@@ -22,6 +22,7 @@ struct Place {
     p: vec3f,
     segments: u32,
     fruits: u32,
+    overlaps: u32,
 }
 
 var<private> world_index: u32;
@@ -35,7 +36,7 @@ fn enter_world(index: u32) {
     let b = tables[at + 1u];
     let c = tables[at + 2u];
     let start = bitcast<vec4f>(b);
-    place = Place(a.x, a.y, a.z, a.w, start.xy, vec3f(start.zw, bitcast<f32>(c.x)), c.y, c.z);
+    place = Place(a.x, a.y, a.z, a.w, start.xy, vec3f(start.zw, bitcast<f32>(c.x)), c.y, c.z, c.w);
 }
 
 fn head(field: u32) -> u32 {
@@ -49,6 +50,12 @@ fn place_at() -> u32 {
 // Rows and parents of a segment, or of a fruit behind all segments: the row below, the segment that bears it above.
 fn row_word(collider: u32) -> u32 {
     return tables[place_at() + PLACE_FIELDS / QUAD + collider / QUAD][collider % QUAD];
+}
+
+// A word of the world's pairs of fruit that have grown into each other.
+fn overlap_word(index: u32) -> u32 {
+    let word = head(HEAD_PLACE) * QUAD - 2u * PLACE_MOST_OVERLAPS + index;
+    return tables[place_at() + word / QUAD][word % QUAD];
 }
 
 fn system_at(field: u32) -> u32 {
@@ -73,8 +80,8 @@ fn response_at(row: u32) -> u32 {
     return record_at() + (MEETING_FIELDS + MEETING_MOST_CONTACTS * CONTACT_FIELDS + row * ROBOT_DOFS) / QUAD;
 }
 
-fn path_at(contact: u32, step: u32) -> u32 {
-    return response_at(3u * MEETING_MOST_CONTACTS) + (contact * head(HEAD_DEPTH) + step) * (PATH_FIELDS / QUAD);
+fn path_at(way: u32, step: u32) -> u32 {
+    return response_at(3u * MEETING_MOST_CONTACTS) + (way * head(HEAD_DEPTH) + step) * (PATH_FIELDS / QUAD);
 }
 
 // Fields of a link of the tree, and of a fruit.
@@ -87,7 +94,7 @@ fn work_at(row: u32, field: u32) -> u32 {
 }
 
 fn fruit_at(row: u32, field: u32) -> u32 {
-    return place.fruit + (row * (FRUIT_FIELDS / QUAD) + field / QUAD) * LANES;
+    return place.fruit + (row * (select(FRUIT_FIELDS, ROD_FIELDS, STEMS) / QUAD) + field / QUAD) * LANES;
 }
 
 fn fruit(row: u32, field: u32) -> vec4f {

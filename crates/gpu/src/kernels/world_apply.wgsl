@@ -42,9 +42,9 @@ fn hand_on() {
             robot_change[thread], robot_change[thread + 1u], robot_change[thread + 2u], robot_change[thread + 3u],
         );
     }
-    for (var contact = 0u; contact < contacts; contact++) {
-        for (var step = thread; step < lengths[contact]; step += LANES) {
-            add_to_joint(contact, step);
+    for (var way = 0u; way < ways; way++) {
+        for (var step = thread; step < lengths[way]; step += LANES) {
+            add_to_joint(way, step);
         }
     }
     storageBarrier();
@@ -58,7 +58,7 @@ fn hand_on() {
         meetings[at] = vec4f(impulse, bitcast<f32>(contact_pair[thread]));
         meetings[at + 1u] = vec4f(contact_n[thread], contact_gap[thread]);
         meetings[at + 2u] = vec4f(contact_p[thread], 0.0);
-        on_wood = select(0.0, length(impulse), contact_pair[thread] / COLLIDER_MOST < place.segments);
+        on_wood = select(0.0, length(impulse), tree_of(contact_pair[thread]) < place.segments);
     }
     let sum = sum_of(vec4f(on_wood, 0.0, 0.0, 0.0)).x;
     if thread == 0u {
@@ -70,22 +70,23 @@ fn hand_on() {
     }
 }
 
-// Place of the joint of a segment, `depth` joints from the root counted from 1, on the path of a contact; -1 if the path does not pass it.
-fn step_on(contact: u32, depth: u32, segment: u32) -> i32 {
-    if depth > lengths[contact] {
+// Place of the joint of a segment, `depth` joints from the root counted from 1, on a way; -1 if it does not pass it.
+fn step_on(way: u32, depth: u32, segment: u32) -> i32 {
+    if depth > lengths[way] {
         return -1;
     }
-    let step = lengths[contact] - depth;
-    return select(-1, i32(step), bitcast<u32>(meetings[path_at(contact, step) + 1u].z) == segment);
+    let step = lengths[way] - depth;
+    return select(-1, i32(step), bitcast<u32>(meetings[path_at(way, step) + 1u].z) == segment);
 }
 
-// C^T y of a joint under the impulses of all contacts from `first` on whose paths pass it.
+// C^T y of a joint under the impulses of all contacts on whose ways, from `first` on, it lies.
 fn pressed(first: u32, depth: u32, segment: u32) -> vec2f {
     var sum = vec2f(0.0);
-    for (var contact = first; contact < contacts; contact++) {
-        let step = step_on(contact, depth, segment);
+    for (var way = first; way < ways; way++) {
+        let step = step_on(way, depth, segment);
         if step >= 0 {
-            let at = path_at(contact, u32(step));
+            let at = path_at(way, u32(step));
+            let contact = way_contact[way];
             let a = meetings[at];
             sum += vec2f(dot(a.xyz, impulses[contact]), dot(vec3f(a.w, meetings[at + 1u].xy), impulses[contact]));
         }
@@ -93,16 +94,16 @@ fn pressed(first: u32, depth: u32, segment: u32) -> vec2f {
     return sum;
 }
 
-// Adds D^-1 y to the free change of a joint's rates, once for the first contact whose path passes it.
-fn add_to_joint(contact: u32, step: u32) {
-    let depth = lengths[contact] - step;
-    let segment = bitcast<u32>(meetings[path_at(contact, step) + 1u].z);
-    for (var other = 0u; other < contact; other++) {
+// Adds D^-1 y to the free change of a joint's rates, once for the first way that passes it.
+fn add_to_joint(way: u32, step: u32) {
+    let depth = lengths[way] - step;
+    let segment = bitcast<u32>(meetings[path_at(way, step) + 1u].z);
+    for (var other = 0u; other < way; other++) {
         if step_on(other, depth, segment) >= 0 {
             return;
         }
     }
-    let sum = pressed(contact, depth, segment);
+    let sum = pressed(way, depth, segment);
     let row = row_word(segment) & 0xffffu;
     let c = joint_of(row).c;
     works[work_at(row, WORK_G_1N)].w += c.x * sum.x;
@@ -119,13 +120,17 @@ fn add_to_fruit(own: u32) {
     var turn = vec3f(0.0);
     let p = fruit(row, FRUIT_P);
     for (var contact = 0u; contact < contacts; contact++) {
-        if contact_pair[contact] / COLLIDER_MOST == collider {
-            let one = frame_of(contact) * impulses[contact];
+        let is_own = tree_of(contact_pair[contact]) == collider;
+        if is_own || other_of(contact_pair[contact]) == collider {
+            let on_first = frame_of(contact) * impulses[contact];
+            let one = select(-on_first, on_first, is_own);
             sum += one;
             turn += cross(contact_p[contact] - p.xyz, one);
         }
     }
-    if is_off_stem(row) {
+    if STEMS && !is_off_stem(row) {
+        turn_rod(row, sum, turn);
+    } else if is_off_stem(row) {
         fruits[fruit_at(row, FRUIT_ARM)] += vec4f(turn * (inverse_spin_inertia(row) * spin_divisor()), 0.0);
     } else if fruit(row, FRUIT_REACTION).w == 0.0 && bitcast<u32>(p.w) == 0u {
         sum -= stem_mass(row) * anchor_change(row, word >> 16u);
@@ -142,7 +147,7 @@ fn anchor_change(row: u32, segment: u32) -> vec3f {
     for (var above = segment; above != NO_PARENT && depth < head(HEAD_DEPTH); depth++) {
         above = row_word(above) >> 16u;
     }
-    var walk = Walk(crossed(fruit(row, FRUIT_ARM).xyz, axes), axes, segment, vec3f(0.0), true);
+    var walk = Walk(crossed(fruit(row, FRUIT_ARM).xyz, axes), axes, segment, vec3f(0.0), vec3f(0.0), true);
     var change_of_anchor = vec3f(0.0);
     for (; walk.segment != NO_PARENT && depth > 0u; depth--) {
         let own = row_word(walk.segment);

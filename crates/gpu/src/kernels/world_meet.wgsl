@@ -1,4 +1,4 @@
-// Contacts of a world's robot with wood, hanging fruit and fruit in its hand in a substep, after both have set up their systems and before they move. A workgroup is a world.
+// Contacts of a world's robot with wood, hanging fruit and fruit in its hand, and of hanging fruit with each other, in a substep, after both have set up their systems and before they move. A workgroup is a world.
 // The law and its solution are those of `orchard_multibody::contact`.
 
 // A collider of the robot, placed in the world.
@@ -32,6 +32,8 @@ var<workgroup> balls: array<vec4f, COLLIDER_MOST>;
 var<workgroup> pairs: array<u32, MEETING_MOST_PAIRS>;
 var<workgroup> counts: array<u32, LANES>;
 var<workgroup> agreed: u32;
+// 1 for each contact point for which there is room.
+var<workgroup> kept: array<u32, MEETING_MOST_TOUCHES>;
 // The contacts: numbers of their colliders, place, normal, gap.
 var<workgroup> contact_pair: array<u32, MEETING_MOST_CONTACTS>;
 var<workgroup> contact_p: array<vec3f, MEETING_MOST_CONTACTS>;
@@ -41,10 +43,22 @@ var<workgroup> contact_gap: array<f32, MEETING_MOST_CONTACTS>;
 var<workgroup> large: array<f32, MEETING_MOST_CONTACTS * (MEETING_MOST_CONTACTS + 1u) / 2u * 9u>;
 
 const TOUCH_NUMBERS: u32 = 9u;
+// No collider.
+const NOBODY: u32 = 0xffffffffu;
+// Fruit whose surfaces are farther apart than this [m], now and at the end of the substep if no velocity changes, have no contact. Our own choice: at rest most fruit of a cluster are a few
+// millimetres apart, and there is room for few contacts; what impulses bring together in a substep is met in the next one.
+const FRUIT_NEAR: f32 = 2e-3;
+// Depth by which two fruit must press into each other to make a world without other contacts solve for contacts [m], our own choice: several times the rounding of their gap. Fruit that have grown into each
+// other hang with a gap of 0.
+const FRUIT_SUNK: f32 = 1e-6;
+// Contacts of two fruit that stay open if no velocity changes come after those of the robot, which are nearer than this [m].
+const OPEN_FRUIT: f32 = 1.0;
 
 // Number of the thread, and of the contacts, the same in all threads.
 var<private> thread: u32;
 var<private> contacts: u32;
+// Contact points that were left out.
+var<private> left_out: u32;
 
 // Notes whether surfaces are near each other, so that the next kernel, of which few workgroups fit into a multiprocessor, leaves the other worlds at once.
 @compute @workgroup_size(LANES)
@@ -58,6 +72,9 @@ fn seek(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) ow
     var near = 0u;
     for (var collider = thread; collider < place.segments + place.fruits; collider += LANES) {
         near |= near_solids(collider);
+    }
+    for (var own = thread; own < place.fruits && near == 0u; own += LANES) {
+        near |= near_fruit(own, -FRUIT_SUNK, 0u, false);
     }
     let is_near = before_and_all(select(0u, 1u, near != 0u)).y != 0u;
     if thread == 0u {
@@ -87,6 +104,16 @@ fn meet(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) ow
     if contacts > 0u {
         answer();
     }
+}
+
+// Collider of the tree of a pair.
+fn tree_of(pair: u32) -> u32 {
+    return select(pair / COLLIDER_MOST, place.segments + ((pair & ~PAIR_FRUIT) >> PAIR_FIRST), (pair & PAIR_FRUIT) != 0u);
+}
+
+// The other fruit of a pair of fruit.
+fn other_of(pair: u32) -> u32 {
+    return select(NOBODY, place.segments + (pair & PAIR_NUMBER), (pair & PAIR_FRUIT) != 0u);
 }
 
 // True if it is true in the first thread; a barrier.
@@ -228,14 +255,72 @@ fn find_pairs() -> u32 {
         }
         found += places.y;
     }
+    for (var first = 0u; first < place.fruits; first += LANES) {
+        let count = near_fruit(first + thread, FRUIT_NEAR, 0u, false);
+        let places = before_and_all(count);
+        if count > 0u {
+            near_fruit(first + thread, FRUIT_NEAR, found + places.x, true);
+        }
+        found += places.y;
+    }
     return shared_number(found);
+}
+
+// Number of the later fruit of which the gap to a hanging one is smaller than `within`, now or at the end of the substep if no velocity changes; keeps the pairs from a place on, if `keeps`.
+fn near_fruit(own: u32, within: f32, first: u32, keeps: bool) -> u32 {
+    if bitcast<f32>(head(HEAD_FRUIT_STIFFNESS)) == 0.0 || own >= place.fruits {
+        return 0u;
+    }
+    let row = row_word(place.segments + own) & 0xffffu;
+    let ball = fruit(row, FRUIT_P);
+    let radius = fruit(row, FRUIT_MASS).y;
+    var found = 0u;
+    if bitcast<u32>(ball.w) != 0u || is_off_stem(row) {
+        return found;
+    }
+    for (var other = own + 1u; other < place.fruits; other++) {
+        let other_row = row_word(place.segments + other) & 0xffffu;
+        let other_ball = fruit(other_row, FRUIT_P);
+        let apart = ball.xyz - other_ball.xyz;
+        let reach = radius + fruit(other_row, FRUIT_MASS).y + bitcast<f32>(head(HEAD_MARGIN));
+        if dot(apart, apart) > reach * reach || bitcast<u32>(other_ball.w) != 0u || is_off_stem(other_row) {
+            continue;
+        }
+        let distance = length(apart);
+        let pair = PAIR_FRUIT | (own << PAIR_FIRST) | other;
+        let gap = distance - reach + bitcast<f32>(head(HEAD_MARGIN)) + overlap_of(pair);
+        let closing = dot(fruit(row, FRUIT_V).xyz - fruit(other_row, FRUIT_V).xyz, apart) / max(distance, COINCIDENT);
+        if min(gap, gap + robot.h * closing) < within {
+            if keeps && first + found < MEETING_MOST_PAIRS {
+                pairs[first + found] = pair;
+            }
+            found++;
+        }
+    }
+    return found;
+}
+
+// Depth by which two fruit have grown into each other [m].
+fn overlap_of(pair: u32) -> f32 {
+    for (var k = 0u; k < place.overlaps; k++) {
+        if overlap_word(2u * k) == pair {
+            return bitcast<f32>(overlap_word(2u * k + 1u));
+        }
+    }
+    return 0.0;
 }
 
 // Contact points of a pair.
 fn touch_pair(pair: u32) {
     touches_found = 0u;
     let margin = bitcast<f32>(head(HEAD_MARGIN));
-    let own = round_of(pair / COLLIDER_MOST);
+    let own = round_of(tree_of(pair));
+    if other_of(pair) != NOBODY {
+        let other = round_of(other_of(pair));
+        round_round(own.p, own.along, own.radius, other.p, other.along, other.radius);
+        touches[0].gap += overlap_of(pair);
+        return;
+    }
     let solid = placed_solid(pair % COLLIDER_MOST);
     if solid.kind != SOLID_BOX {
         round_round(own.p, own.along, own.radius, solid.p, solid.z * solid.length, solid.radius);
@@ -243,7 +328,7 @@ fn touch_pair(pair: u32) {
     }
     let axes = mat3x3f(solid.x, solid.y, solid.z);
     let a = (own.p - solid.p) * axes;
-    if pair / COLLIDER_MOST < place.segments {
+    if tree_of(pair) < place.segments {
         capsule_box(a, a + own.along * axes, own.radius, solid.half, margin);
     } else {
         sphere_box(a, own.radius, solid.half);
@@ -254,10 +339,13 @@ fn touch_pair(pair: u32) {
     }
 }
 
-// Velocity of a point of the tree's collider against that of the robot's.
+// Velocity of a point of the tree's collider against that of the robot's, or of the other fruit's centre.
 fn relative_velocity(pair: u32, p: vec3f) -> vec3f {
-    let collider = pair / COLLIDER_MOST;
+    let collider = tree_of(pair);
     let row = row_word(collider) & 0xffffu;
+    if other_of(pair) != NOBODY {
+        return fruit(row, FRUIT_V).xyz - fruit(row_word(other_of(pair)) & 0xffffu, FRUIT_V).xyz;
+    }
     let on = moving(link_of_solid(pair % COLLIDER_MOST));
     var v: vec3f;
     if collider < place.segments {
@@ -298,7 +386,8 @@ fn find_touches(pair_count: u32) -> u32 {
                     large[at + 3u + axis] = own.n[axis];
                 }
                 large[at + 6u] = own.gap;
-                large[at + 7u] = own.gap + robot.h * dot(own.n, relative_velocity(pair, own.p));
+                let ahead = own.gap + robot.h * dot(own.n, relative_velocity(pair, own.p));
+                large[at + 7u] = select(ahead, ahead + OPEN_FRUIT, ahead > 0.0 && other_of(pair) != NOBODY);
                 large[at + 8u] = bitcast<f32>(pair);
             }
         }
@@ -307,32 +396,41 @@ fn find_touches(pair_count: u32) -> u32 {
     return shared_number(found);
 }
 
-// Keeps the contact points that will be nearest at the end of the substep, in their order; returns their number. A barrier at the end.
+// Keeps the contact points that will be nearest at the end of the substep, in their order, and counts those that it leaves out but for open ones of two fruit; returns their number. A barrier at the end.
 fn choose_contacts(touch_count: u32) -> u32 {
     let known = min(touch_count, MEETING_MOST_TOUCHES);
     for (var own = thread; own < known; own += LANES) {
-        let ahead = large[own * TOUCH_NUMBERS + 7u];
-        var place_of_contact = 0u;
-        var nearer = 0u;
-        for (var k = 0u; k < known; k++) {
-            if is_nearer(k, own) {
-                nearer++;
-            }
-        }
-        if nearer >= MEETING_MOST_CONTACTS {
-            continue;
-        }
-        for (var k = 0u; k < own; k++) {
-            place_of_contact += select(0u, 1u, known <= MEETING_MOST_CONTACTS || rank_of(k, known) < MEETING_MOST_CONTACTS);
-        }
-        let at = own * TOUCH_NUMBERS;
-        contact_pair[place_of_contact] = bitcast<u32>(large[at + 8u]);
-        contact_p[place_of_contact] = vec3f(large[at], large[at + 1u], large[at + 2u]);
-        contact_n[place_of_contact] = vec3f(large[at + 3u], large[at + 4u], large[at + 5u]);
-        contact_gap[place_of_contact] = large[at + 6u];
+        kept[own] = select(0u, 1u, is_kept(own, known));
     }
     workgroupBarrier();
-    return min(known, MEETING_MOST_CONTACTS);
+    var count = 0u;
+    for (var own = 0u; own < known; own++) {
+        if kept[own] != 0u && own % LANES == thread {
+            let at = own * TOUCH_NUMBERS;
+            contact_pair[count] = bitcast<u32>(large[at + 8u]);
+            contact_p[count] = vec3f(large[at], large[at + 1u], large[at + 2u]);
+            contact_n[count] = vec3f(large[at + 3u], large[at + 4u], large[at + 5u]);
+            contact_gap[count] = large[at + 6u];
+        }
+        count += kept[own];
+        left_out += select(0u, 1u, kept[own] == 0u && large[own * TOUCH_NUMBERS + 7u] < OPEN_FRUIT);
+    }
+    workgroupBarrier();
+    return count;
+}
+
+// True if there is room for a touch: for itself, and for its second way if it has one.
+fn is_kept(own: u32, known: u32) -> bool {
+    var nearer = 0u;
+    var nearer_two = 0u;
+    for (var k = 0u; k < known; k++) {
+        if is_nearer(k, own) {
+            nearer++;
+            nearer_two += select(0u, 1u, goes_two_ways(bitcast<u32>(large[k * TOUCH_NUMBERS + 8u])));
+        }
+    }
+    let has_way = nearer_two < MEETING_MOST_WAYS - MEETING_MOST_CONTACTS || !goes_two_ways(bitcast<u32>(large[own * TOUCH_NUMBERS + 8u]));
+    return nearer < MEETING_MOST_CONTACTS && has_way;
 }
 
 // True if a touch will be nearer than another; of equal ones the first is.
@@ -342,19 +440,10 @@ fn is_nearer(touch: u32, other: u32) -> bool {
     return a < b || (a == b && touch < other);
 }
 
-// Number of touches that will be nearer.
-fn rank_of(touch: u32, known: u32) -> u32 {
-    var rank = 0u;
-    for (var k = 0u; k < known; k++) {
-        rank += select(0u, 1u, is_nearer(k, touch));
-    }
-    return rank;
-}
-
 // Counts what there was no room for.
 fn note_losses(pair_count: u32, touch_count: u32) {
     let lost = max(pair_count, MEETING_MOST_PAIRS) - MEETING_MOST_PAIRS
-        + max(touch_count, MEETING_MOST_CONTACTS) - MEETING_MOST_CONTACTS;
+        + max(touch_count, MEETING_MOST_TOUCHES) - MEETING_MOST_TOUCHES + left_out;
     var a = meetings[record_at()];
     var b = meetings[record_at() + 1u];
     a.x = bitcast<f32>(contacts);

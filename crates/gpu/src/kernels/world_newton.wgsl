@@ -85,10 +85,15 @@ fn block(row: u32, column: u32) -> mat3x3f {
 
 // Law of a contact whose block of the inverse inertia has the size `w`.
 fn regularised(contact: u32, w: f32) -> Law {
-    let solid = contact_pair[contact] % COLLIDER_MOST;
-    let is_fruit = contact_pair[contact] / COLLIDER_MOST >= place.segments;
-    let friction = bitcast<vec2f>(collider_quad(solid, COLLIDER_KIND).zw);
-    let stiffness = bitcast<vec2f>(collider_quad(solid, COLLIDER_STIFFNESS).xy);
+    let pair = contact_pair[contact];
+    let solid = pair % COLLIDER_MOST;
+    let is_fruit = tree_of(pair) >= place.segments;
+    var friction = bitcast<vec2f>(collider_quad(solid, COLLIDER_KIND).zw);
+    var stiffness = bitcast<vec2f>(collider_quad(solid, COLLIDER_STIFFNESS).xy);
+    if other_of(pair) != NOBODY {
+        friction.y = bitcast<f32>(head(HEAD_FRUIT_FRICTION));
+        stiffness.y = bitcast<f32>(head(HEAD_FRUIT_STIFFNESS));
+    }
     let gap = contact_gap[contact];
     let time = robot.h + select(rules.dissipation_time, 0.0, gap > 0.0);
     let k = select(stiffness.x, stiffness.y, is_fruit);

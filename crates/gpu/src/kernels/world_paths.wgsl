@@ -6,8 +6,11 @@ var<workgroup> tangents: array<array<vec3f, 2>, MEETING_MOST_CONTACTS>;
 // Velocity of each contact without contacts: of the tree against the robot's present one, and what the robot's change adds.
 var<workgroup> free_velocity: array<vec3f, MEETING_MOST_CONTACTS>;
 var<workgroup> robot_free: array<f32, 3u * MEETING_MOST_CONTACTS>;
-// Number of the tree's joints that an impulse moves.
-var<workgroup> lengths: array<u32, MEETING_MOST_CONTACTS>;
+// Ways of the contacts through the tree: the contact of each, and the number of joints that it moves. Each contact has the way of its own number, and one of two fruit on different links a second one.
+var<workgroup> way_contact: array<u32, MEETING_MOST_WAYS>;
+var<workgroup> lengths: array<u32, MEETING_MOST_WAYS>;
+var<workgroup> second_way: array<u32, MEETING_MOST_CONTACTS>;
+var<private> ways: u32;
 // L of the robot below the diagonal and the inverses of its diagonal; L^-1 of the impulses on the joints.
 var<workgroup> factor: array<f32, ROBOT_DOFS * ROBOT_DOFS>;
 var<workgroup> pivots: array<f32, ROBOT_DOFS>;
@@ -17,6 +20,7 @@ var<workgroup> robot_change: array<f32, ROBOT_DOFS>;
 // Solves the contacts, and hands their impulses on. Servos' limits and stuck joints are as in `solve_with_limits`.
 fn answer() {
     take_robot();
+    ways = share_ways();
     if thread < contacts {
         walk_tree(thread);
     }
@@ -61,16 +65,66 @@ fn frame_of(contact: u32) -> mat3x3f {
 // contact's velocity, y e, with the joints' free change e = D^-1 y that the inward pass has left.
 fn walk_tree(contact: u32) {
     let pair = contact_pair[contact];
-    let collider = pair / COLLIDER_MOST;
     let p = contact_p[contact];
     let directions = contact_frame(contact_n[contact]);
     tangents[contact][0] = directions[0];
     tangents[contact][1] = directions[1];
     var v = relative_velocity(pair, p);
-    let on = start_of(collider, p, directions);
+    var on = start_of(tree_of(pair), p, directions);
     v += on.change;
-    var walk = on;
     var of_rows = vec3f(0.0);
+    if other_of(pair) != NOBODY {
+        let other = start_of(other_of(pair), p, directions * -1.0);
+        v -= other.change;
+        if second_way[contact] == NOBODY {
+            on = both_on_one_link(on, other);
+        } else {
+            of_rows = walk_on(second_way[contact], other);
+        }
+    }
+    of_rows += walk_on(contact, on);
+    free_velocity[contact] = v * directions + of_rows;
+}
+
+// What two fruit of a pair pass on to the link that bears both. A capped one passes nothing on.
+fn both_on_one_link(one: Walk, other: Walk) -> Walk {
+    let of_one = select(1.0, 0.0, one.is_capped);
+    let of_other = select(1.0, 0.0, other.is_capped);
+    var both = one;
+    both.torques = one.torques * of_one + other.torques * of_other;
+    both.forces = one.forces * of_one + other.forces * of_other;
+    both.of_rows = one.of_rows + other.of_rows;
+    both.is_capped = one.is_capped && other.is_capped;
+    return both;
+}
+
+// Gives contacts of fruit on different links a second way, and counts the ways. There is room for all: `choose_contacts` leaves out the others. Two barriers.
+fn share_ways() -> u32 {
+    var has_two = 0u;
+    if thread < contacts {
+        has_two = select(0u, 1u, goes_two_ways(contact_pair[thread]));
+    }
+    let places = before_and_all(has_two);
+    if thread < contacts {
+        way_contact[thread] = thread;
+        second_way[thread] = select(NOBODY, contacts + places.x, has_two != 0u);
+        if has_two != 0u {
+            way_contact[contacts + places.x] = thread;
+        }
+    }
+    workgroupBarrier();
+    return contacts + places.y;
+}
+
+// True if a pair is of two fruit on different links.
+fn goes_two_ways(pair: u32) -> bool {
+    return other_of(pair) != NOBODY && (row_word(tree_of(pair)) >> 16u) != (row_word(other_of(pair)) >> 16u);
+}
+
+// Follows a way to the root; returns the velocity that the free changes of its joints add along the rows.
+fn walk_on(way: u32, on: Walk) -> vec3f {
+    var walk = on;
+    var of_rows = on.of_rows;
     var steps = 0u;
     for (; walk.segment != NO_PARENT && steps < head(HEAD_DEPTH); steps++) {
         let row = row_word(walk.segment);
@@ -78,11 +132,11 @@ fn walk_tree(contact: u32) {
         let y_1 = joint.first * walk.torques;
         let y_2 = joint.second * walk.torques;
         of_rows += y_1 * joint.e.x + y_2 * joint.e.y;
-        keep_path(contact, steps, walk.segment, y_1 * joint.c.x + y_2 * joint.c.y, y_2 * joint.c.z);
+        keep_path(way, steps, walk.segment, y_1 * joint.c.x + y_2 * joint.c.y, y_2 * joint.c.z);
         walk = passed_on(walk, row, joint, y_1, y_2);
     }
-    lengths[contact] = select(steps, 0u, on.is_capped);
-    free_velocity[contact] = v * directions + of_rows;
+    lengths[way] = select(steps, 0u, on.is_capped);
+    return of_rows;
 }
 
 // Three unit impulses on their way to the root.
@@ -93,6 +147,8 @@ struct Walk {
     segment: u32,
     // Change of the velocity of a fruit whose anchor does not move, or of a ball's surface with its spin.
     change: vec3f,
+    // Velocity that a rod's free change adds along the rows.
+    of_rows: vec3f,
     // True if no anchor feels the fruit, or not more than it does already (`dynamics.md`, Reaction cap).
     is_capped: bool,
 }
@@ -102,7 +158,7 @@ fn start_of(collider: u32, p: vec3f, directions: mat3x3f) -> Walk {
     let word = row_word(collider);
     if collider < place.segments {
         let r = p - touch(word & 0xffffu, TOUCH_P).xyz;
-        return Walk(crossed(r, directions), directions, collider, vec3f(0.0), false);
+        return Walk(crossed(r, directions), directions, collider, vec3f(0.0), vec3f(0.0), false);
     }
     let row = word & 0xffffu;
     let inverse_mass = fruit(row, FRUIT_V).w;
@@ -110,11 +166,14 @@ fn start_of(collider: u32, p: vec3f, directions: mat3x3f) -> Walk {
     if is_off_stem(row) {
         let none = mat3x3f(vec3f(0.0), vec3f(0.0), vec3f(0.0));
         let spin = fruit(row, FRUIT_ARM).xyz / spin_divisor();
-        return Walk(none, none, NO_PARENT, change + cross(spin, p - fruit(row, FRUIT_P).xyz), true);
+        return Walk(none, none, NO_PARENT, change + cross(spin, p - fruit(row, FRUIT_P).xyz), vec3f(0.0), true);
+    }
+    if STEMS {
+        return start_on_rod(row, word >> 16u, p, directions, change);
     }
     let forces = directions * (stem_mass(row) * inverse_mass);
     let is_capped = fruit(row, FRUIT_REACTION).w == 0.0;
-    return Walk(crossed(fruit(row, FRUIT_ARM).xyz, forces), forces, word >> 16u, change, is_capped);
+    return Walk(crossed(fruit(row, FRUIT_ARM).xyz, forces), forces, word >> 16u, change, vec3f(0.0), is_capped);
 }
 
 // Mass by which the stem of a fruit resists a change of velocity between its ends: h (c + h k).
@@ -166,8 +225,8 @@ fn passed_on(walk: Walk, word: u32, joint: TreeJoint, y_1: vec3f, y_2: vec3f) ->
     return on;
 }
 
-fn keep_path(contact: u32, step: u32, segment: u32, a: vec3f, b: vec3f) {
-    let at = path_at(contact, step);
+fn keep_path(way: u32, step: u32, segment: u32, a: vec3f, b: vec3f) {
+    let at = path_at(way, step);
     meetings[at] = vec4f(a, b.x);
     meetings[at + 1u] = vec4f(b.yz, bitcast<f32>(segment), 0.0);
 }
@@ -215,7 +274,10 @@ fn respond_robot() {
         for (var j = 0u; j < ROBOT_DOFS; j++) {
             y[j] = 0.0;
         }
-        var link = link_of_solid(contact_pair[contact] % COLLIDER_MOST);
+        var link = -1;
+        if other_of(contact_pair[contact]) == NOBODY {
+            link = link_of_solid(contact_pair[contact] % COLLIDER_MOST);
+        }
         while link >= 0 {
             let on = moving(link);
             let torque = cross(contact_p[contact] - on.p, force);
@@ -259,7 +321,7 @@ fn assemble_inertia() {
     for (var index = thread; index < blocks; index += LANES) {
         let own = block_of(index);
         // Columns are those of the block.
-        let sum = of_robot(own) + of_fruit(own) + of_tree(own);
+        let sum = of_robot(own) + of_all_fruit(own) + of_all_ways(own);
         for (var column = 0u; column < 3u; column++) {
             for (var row = 0u; row < 3u; row++) {
                 large[index * 9u + 3u * row + column] = sum[column][row];
@@ -284,15 +346,33 @@ fn of_robot(own: vec2u) -> mat3x3f {
     return sum;
 }
 
-// Of contacts with one fruit: of its velocity, and of the spin of one in the hand.
-fn of_fruit(own: vec2u) -> mat3x3f {
-    let collider = contact_pair[own.x] / COLLIDER_MOST;
-    if collider < place.segments || collider != contact_pair[own.y] / COLLIDER_MOST {
-        return mat3x3f(vec3f(0.0), vec3f(0.0), vec3f(0.0));
+// Of the fruit that both contacts touch. The second fruit of a pair bears the opposite impulse.
+fn of_all_fruit(own: vec2u) -> mat3x3f {
+    var sum = mat3x3f(vec3f(0.0), vec3f(0.0), vec3f(0.0));
+    let pairs_of_both = vec2u(contact_pair[own.x], contact_pair[own.y]);
+    for (var k = 0u; k < 4u; k++) {
+        let one = select(tree_of(pairs_of_both.x), other_of(pairs_of_both.x), (k & 1u) != 0u);
+        let other = select(tree_of(pairs_of_both.y), other_of(pairs_of_both.y), (k & 2u) != 0u);
+        if one == other && one != NOBODY && one >= place.segments {
+            let part = of_fruit(one, own);
+            if k == 0u || k == 3u {
+                sum += part;
+            } else {
+                sum -= part;
+            }
+        }
     }
+    return sum;
+}
+
+// Of contacts with one fruit: of its velocity, and of the spin of one in the hand or on a rod.
+fn of_fruit(collider: u32, own: vec2u) -> mat3x3f {
     let row = row_word(collider) & 0xffffu;
     let moved = transpose(frame_of(own.x)) * frame_of(own.y) * fruit(row, FRUIT_V).w;
     if !is_off_stem(row) {
+        if STEMS {
+            return moved + of_rod(row, own);
+        }
         return moved;
     }
     let centre = fruit(row, FRUIT_P).xyz;
@@ -301,7 +381,23 @@ fn of_fruit(own: vec2u) -> mat3x3f {
     return moved + transpose(one) * other * inverse_spin_inertia(row);
 }
 
-// Of the joints that both contacts move: from the root on, up to the first that is another.
+// Of all ways of both contacts.
+fn of_all_ways(own: vec2u) -> mat3x3f {
+    let second = vec2u(second_way[own.x], second_way[own.y]);
+    var sum = of_tree(own);
+    if second.x != NOBODY {
+        sum += of_tree(vec2u(second.x, own.y));
+    }
+    if second.y != NOBODY {
+        sum += of_tree(vec2u(own.x, second.y));
+    }
+    if second.x != NOBODY && second.y != NOBODY {
+        sum += of_tree(second);
+    }
+    return sum;
+}
+
+// Of the joints that two ways pass: from the root on, up to the first that is another.
 fn of_tree(own: vec2u) -> mat3x3f {
     var sum = mat3x3f(vec3f(0.0), vec3f(0.0), vec3f(0.0));
     let most = min(lengths[own.x], lengths[own.y]);

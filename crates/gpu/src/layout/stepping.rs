@@ -279,8 +279,10 @@ fields! {
         TAKEN = 17,
         /// In lanes: not 0 once something has happened in them.
         STIRRED = 18,
+        /// In lanes: frames of the batch in which the world stood still. Its own frames count from them.
+        MISSED = 19,
         /// Number of fields.
-        FIELDS = 19,
+        FIELDS = 20,
         /// A value of [`Self::STOPPED`].
         HELD = 0xffff_ffff,
     }
@@ -294,7 +296,7 @@ fields! {
         DETACHES = 4,
         /// A number is not finite.
         NON_FINITE = 8,
-        /// In worlds with a robot: a joint or a stem is at its limit, or nearly so.
+        /// In worlds with a robot: a joint or a stem is at its limit, or nearly so; a stem wears; or a link turns fast.
         STRAINED = 16,
         /// In worlds with a robot: [`world::PEAK`] has risen above [`world::TOLD_PEAK`].
         PEAKED = 32,

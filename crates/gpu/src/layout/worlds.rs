@@ -78,12 +78,14 @@ fields! {
         MOST_TOUCHES = 64,
         /// Largest number of contacts that are solved.
         MOST_CONTACTS = 20,
+        /// Largest number of their ways through the tree: contacts of two fruit on different links have two.
+        MOST_WAYS = 24,
     }
     /// A contact point of the robot with wood or a fruit.
     contact {
         /// Impulse on wood or fruit in the substep [N s], world (3).
         IMPULSE = 0,
-        /// Number of the collider of the tree times [`collider::MOST`] plus that of the robot's, as bits.
+        /// Number of the collider of the tree times [`collider::MOST`] plus that of the robot's, or [`pair`], as bits.
         PAIR = 3,
         /// Unit normal from robot to tree, world (3).
         N = 4,
@@ -93,6 +95,15 @@ fields! {
         P = 8,
         /// Number of fields.
         FIELDS = 12,
+    }
+    /// Two fruit that touch each other: this bit, the number of the first, and that of the second.
+    pair {
+        /// Bit of such a pair.
+        FRUIT = 0x8000_0000,
+        /// Shift of the first number.
+        FIRST = 15,
+        /// Mask of a number.
+        NUMBER = 0x7fff,
     }
     /// Response of a joint of the tree to unit impulses along the three rows of a contact, in coordinates in which the system's matrix is 1.
     path {
@@ -159,8 +170,12 @@ fields! {
         PLACE = 5,
         /// Distance from which on surfaces have a contact [m].
         MARGIN = 6,
+        /// Friction of fruit on fruit.
+        FRUIT_FRICTION = 7,
+        /// Stiffness of the contact of two fruit on their stems [N/m]; 0 where they pass through each other.
+        FRUIT_STIFFNESS = 8,
         /// Number of fields.
-        FIELDS = 8,
+        FIELDS = 12,
     }
     /// A world's own part of that table. Behind these fields, for each segment, its row and above it the row bits the parent's segment (all set for the root); then
     /// for each fruit its row and its segment likewise.
@@ -181,10 +196,14 @@ fields! {
         SEGMENTS = 9,
         /// Number of fruit.
         FRUITS = 10,
+        /// Number of pairs of fruit that have grown into each other.
+        OVERLAPS = 11,
         /// Number of fields.
         FIELDS = 12,
+        /// Largest number of such pairs. Each is two words behind all others: [`pair`], and the depth [m].
+        MOST_OVERLAPS = 64,
     }
-    /// Head of the table of what is asked of lanes. For each lane a [`wish`] follows, with the number of its frames from bit [`wish::FRAMES_BIT`] on, then for each lane the quads of the angles and rates of its links, then those of place, velocity and spin of its fruit, three by three.
+    /// Head of the table of what is asked of lanes. For each lane a [`wish`] follows, with the number of its frames from bit [`wish::FRAMES_BIT`] on, then for each lane its [`super::world::MISSED`], then for each lane the quads of the angles and rates of its links, then those of the motion of its fruit: place, velocity and spin, and on stems that bend rotation, rate and rest with the wear.
     asked {
         /// Number of lanes.
         LANES = 0,
@@ -193,8 +212,10 @@ fields! {
         FRUIT = 2,
         /// Largest number of frames.
         FRAMES = 3,
+        /// Quads of the motion of a fruit.
+        MOTION = 4,
         /// Number of fields.
-        FIELDS = 4,
+        FIELDS = 5,
     }
     /// Wish about a lane.
     wish {

@@ -156,7 +156,7 @@ impl Memory {
             let (rows, fruit_rows) = rows_of(world, schedule, &of_tile.starts, shared);
             let (block, parts) = (self.blocks.len(), schedule.parts.each_ref().map(Vec::len));
             self.places[index] =
-                Place { block, tile: number, lane, rows, fruit_rows, parts, is_broken: false };
+                Place { block, tile: number, lane, rows, fruit_rows, parts, is_broken: false, missed: 0 };
             self.load(index, world, schedule);
         }
         self.set_lengths(&BTreeSet::from([number]));

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use orchard_batch::{Plant, StemMotion};
+use orchard_batch::{Plant, StemMotion, TreeWorld};
 use orchard_multibody::Data;
 
 use super::{Member, Memory, quad_at};
@@ -50,7 +50,8 @@ impl Memory {
 }
 
 /// Fields of a world's fruit and their values.
-pub(super) fn numbers(plant: &Plant, data: &Data, i: usize) -> Vec<(usize, f64)> {
+pub(super) fn numbers(given: &TreeWorld, i: usize) -> Vec<(usize, f64)> {
+    let (plant, data): (&Plant, &Data) = (given.plant(), given.data());
     let id = plant.fruit.points[i];
     let (grown, point, at) = (&plant.fruit.fruit[i], plant.model.point(id), id.index());
     let mut numbers = vec![
@@ -81,6 +82,8 @@ pub(super) fn numbers(plant: &Plant, data: &Data, i: usize) -> Vec<(usize, f64)>
     if let Some(motion) = StemMotion::of(plant, data, i) {
         numbers.push((fruit::DROP, -tether.p_body.z));
         numbers.extend(on_rod(plant, i, motion));
+        let [zone, spur] = given.fruit_lives().wear(i);
+        numbers.extend([(rod::ZONE_WEAR, zone), (rod::SPUR_WEAR, spur)]);
         if hangs {
             numbers.extend([(fruit::STIFFNESS, tether.stiffness), (fruit::DAMPING, tether.damping)]);
         }

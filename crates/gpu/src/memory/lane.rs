@@ -6,7 +6,8 @@ use orchard_multibody::Data;
 
 use super::{Memory, Place, fruit_rows};
 use crate::layout::{
-    QUAD, RADIUS_UNITS, UNBOUNDED, fourth, fruit, link, notice, state, third, tile, touch, world,
+    LANES, QUAD, RADIUS_UNITS, UNBOUNDED, damper, fourth, fruit, link, notice, state, third, tile, touch,
+    world,
 };
 use crate::schedule::{PARTS, Schedule};
 
@@ -17,6 +18,8 @@ pub(crate) struct LaneNumbers {
     states: Vec<u32>,
     /// Quads of each row, one row after another.
     links: Vec<[f32; QUAD]>,
+    /// Of joints that have their own.
+    dampers: Vec<[f32; QUAD]>,
     touches: Vec<[f32; QUAD]>,
     fruit: Vec<[f32; QUAD]>,
     worlds: Vec<f32>,
@@ -40,7 +43,7 @@ fn field(quads: &mut [[f32; QUAD]], fields: usize, row: usize, field: usize) -> 
 }
 
 impl Memory {
-    /// The numbers of a world at a place, with so many rows of fruit; those of wind, own dampers and forces from outside lie elsewhere.
+    /// The numbers of a world at a place, with so many rows of fruit; those of wind and forces from outside lie elsewhere.
     pub(super) fn lane_numbers(
         &self,
         place: &Place,
@@ -54,6 +57,7 @@ impl Memory {
             operations: vec![[0; QUAD]; rows],
             states: vec![0; rows],
             links: vec![[0.0; QUAD]; rows * link::FIELDS / QUAD],
+            dampers: vec![[0.0; QUAD]; rows * self.laws.behind_links()[0] / QUAD],
             touches: vec![[0.0; QUAD]; rows * self.laws.touch_fields() / QUAD],
             fruit: vec![[0.0; QUAD]; fruit_rows * of_fruit / QUAD],
             worlds: vec![0.0; world::FIELDS],
@@ -61,6 +65,15 @@ impl Memory {
         let (plant, data) = (given.plant(), given.data());
         self.add_operations(&mut numbers, place, plant, schedule);
         add_links(&mut numbers.links, place, plant, data);
+        if self.laws.modal {
+            for (&id, &row) in plant.tree.bodies.iter().zip(&*place.rows) {
+                let dof = plant.model.dofs(id).start;
+                // A broken joint has no stiffness; its damper is another (`treephys::Rupture`).
+                let time =
+                    if data.stiffness[dof] == 0.0 { 0.0 } else { data.damping[dof] / data.stiffness[dof] };
+                *field(&mut numbers.dampers, damper::FIELDS, row, damper::TIME) = time as f32;
+            }
+        }
         if self.laws.touched {
             for (segment, &row) in place.rows.iter().enumerate() {
                 *field(&mut numbers.touches, touch::FIELDS, row, touch::RADIUS) =
@@ -71,7 +84,7 @@ impl Memory {
             *field(&mut numbers.fruit, of_fruit, row, fruit::MASS) = fruit_rows::PADDING_MASS;
         }
         for (i, &row) in place.fruit_rows.iter().enumerate() {
-            for (at, value) in fruit_rows::numbers(plant, data, i) {
+            for (at, value) in fruit_rows::numbers(given, i) {
                 *field(&mut numbers.fruit, of_fruit, row, at) = value as f32;
             }
         }
@@ -142,14 +155,15 @@ impl Memory {
         let rows = 0..numbers.operations.len();
         let rows: Vec<u32> = rows.map(|row| self.operation_at(number, row, lane) as u32).collect();
         let of_link = |k: usize| self.link_at(number, 0, k * QUAD, lane);
+        let of_damper = |k: usize| self.damper_at(number, 0, lane) + k * LANES * QUAD;
         let of_touch = |k: usize| self.touch_at(number, 0, k * QUAD, lane);
         let of_fruit = |k: usize| self.fruit_at(number, 0, k * QUAD, lane);
-        let quads = |numbers: &[[f32; QUAD]], at: &dyn Fn(usize) -> usize| {
+        let quads = |numbers: &[[f32; QUAD]], at: &dyn Fn(usize) -> usize| -> Vec<(u32, [f32; QUAD])> {
             numbers.iter().enumerate().map(|(k, quad)| ((at(k) / QUAD) as u32, *quad)).collect()
         };
         let of_world = |k: usize| self.world_at(number, k, lane) as u32;
         Scattered {
-            links: quads(&numbers.links, &of_link),
+            links: [quads(&numbers.links, &of_link), quads(&numbers.dampers, &of_damper)].concat(),
             fruit: quads(&numbers.fruit, &of_fruit),
             touches: quads(&numbers.touches, &of_touch),
             operations: rows.iter().copied().zip(numbers.operations.iter().copied()).collect(),
@@ -172,14 +186,14 @@ impl Scattered {
 }
 
 impl Memory {
-    /// Bits of the states of a world's links, by segment: which have broken, and when. The next frame is the one after the rules' own.
-    pub(super) fn states_of(&self, given: &TreeWorld) -> Vec<u32> {
+    /// Bits of the states of a world's links, by segment: which have broken, and when. The next frame of the world is the one after the rules' own, less those in which it stood still.
+    pub(super) fn states_of(&self, place: &Place, given: &TreeWorld) -> Vec<u32> {
         let (plant, rupture) = (given.plant(), given.rupture());
         let bits = |segment| if rupture.is_debris(segment) { state::DEBRIS as u32 } else { 0 };
         let mut states: Vec<u32> = (0..plant.tree.len()).map(bits).collect();
         for broken in rupture.breaks() {
             let frames = (broken.age / plant.spec.sim.frame()).round() as u32;
-            let broke = self.rules.frame.wrapping_sub(frames) << state::BROKE;
+            let broke = self.rules.frame.wrapping_sub(place.missed).wrapping_sub(frames) << state::BROKE;
             states[broken.segment] |= state::BROKEN as u32 | broke;
         }
         states

@@ -62,6 +62,7 @@ impl Memory {
             fruit_rows: fruit_rows.clone(),
             parts,
             is_broken: false,
+            missed: 0,
         };
         memory.places = (0..count).map(place).collect();
         Ok(memory)

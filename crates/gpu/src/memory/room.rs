@@ -12,7 +12,7 @@ use super::rows::rows_of;
 use super::{Memory, Place, fruit_rows, topologies};
 use crate::BatchError;
 use crate::laws::Laws;
-use crate::layout::{LANES, QUAD, fruit, link, notice, tile, world};
+use crate::layout::{LANES, QUAD, link, notice, tile, world};
 use crate::schedule::{MOST_FRUIT_ROWS, PARTS, Schedule, WARPS};
 
 /// Sizes of trees that fit into the same place of a batch: the rows of each part of a schedule, what its passes hand on, and the longest way from a tip to the root.
@@ -135,15 +135,15 @@ pub(crate) struct Seedling {
 impl Memory {
     /// Prepares another tree for the place of a world: constants, state and operations of its lane, with the bending of the joints at the start of the episode. It must fit into the room of the batch.
     pub fn seedling(&self, index: usize, given: &TreeWorld, schedule: &Schedule, start: &Data) -> Seedling {
-        let Place { block, tile: number, lane, .. } = self.places[index];
+        let Place { block, tile: number, lane, missed, .. } = self.places[index];
         let starts: [usize; PARTS] = std::array::from_fn(|part| self.header(number, tile::STARTS + part));
         let (rows, fruit_rows) = rows_of(given, schedule, &starts, None);
         let parts = schedule.parts.each_ref().map(Vec::len);
         let is_broken = !given.rupture().breaks().is_empty();
-        let place = Place { block, tile: number, lane, rows, fruit_rows, parts, is_broken };
+        let place = Place { block, tile: number, lane, rows, fruit_rows, parts, is_broken, missed };
         let fruit_rows = self.blocks[block].fruit_rows.len();
         let mut numbers = self.lane_numbers(&place, fruit_rows, given, schedule);
-        numbers.set_wood(&place, &self.states_of(given), &limits(given, start));
+        numbers.set_wood(&place, &self.states_of(&place, given), &limits(given, start));
         Seedling { place, numbers }
     }
 
@@ -202,7 +202,7 @@ impl Memory {
         }
         let is_broken = !given.rupture().breaks().is_empty();
         if is_broken || place.is_broken {
-            let each = self.states_of(given).into_iter().zip(limits(given, start));
+            let each = self.states_of(&place, given).into_iter().zip(limits(given, start));
             for (&row, (bits, limit)) in place.rows.iter().zip(each) {
                 sent.states.push((self.operation_at(number, row, lane) as u32, bits));
                 sent.links.push(((self.link_at(number, row, link::LIMIT, lane) / QUAD) as u32, limit));
@@ -211,8 +211,8 @@ impl Memory {
         self.places[index].is_broken = is_broken;
         for (i, &row) in place.fruit_rows.iter().enumerate() {
             let first = self.fruit_at(number, row, 0, lane) / QUAD;
-            let mut quads = [[0.0_f32; QUAD]; fruit::FIELDS / QUAD];
-            for (field, value) in fruit_rows::numbers(&plant, data, i) {
+            let mut quads = vec![[0.0_f32; QUAD]; self.laws.fruit_fields() / QUAD];
+            for (field, value) in fruit_rows::numbers(given, i) {
                 quads[field / QUAD][field % QUAD] = value as f32;
             }
             sent.fruit.extend((first..).step_by(LANES).map(|at| at as u32).zip(quads));
@@ -229,15 +229,15 @@ impl Memory {
         (self.link_at(number, row, link::Q, lane) / QUAD) as u32
     }
 
-    /// Quads of the angles and rates of a world's links, and of place, velocity and spin of its fruit, three by three.
+    /// Quads of the angles and rates of a world's links, and of the motion of its fruit ([`Laws::fruit_motion`]).
     pub fn motion_quads(&self, index: usize) -> [Vec<u32>; 2] {
         let Place { tile: number, lane, rows, fruit_rows, .. } = &self.places[index];
         let links = rows.iter().map(|&row| self.motion_quad(*number, row, *lane));
-        let of_fruit = |row: usize| {
-            [fruit::P, fruit::V, fruit::ARM]
-                .map(|field| (self.fruit_at(*number, row, field, *lane) / QUAD) as u32)
-        };
-        [links.collect(), fruit_rows.iter().flat_map(|&row| of_fruit(row)).collect()]
+        let fields = self.laws.fruit_motion();
+        let fruit = fruit_rows.iter().flat_map(|&row| {
+            fields.iter().map(move |&field| (self.fruit_at(*number, row, field, *lane) / QUAD) as u32)
+        });
+        [links.collect(), fruit.collect()]
     }
 
     /// Fields of a world that [`Self::resume`] sets: their places in the worlds' buffer, with their bits.

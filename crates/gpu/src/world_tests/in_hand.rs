@@ -46,10 +46,7 @@ impl Grip {
             world.step(&command);
         }
         assert!(world.is_held(FRUIT), "the fingers have not closed on the fruit");
-        let (model, wood, fruit) = (world.model().clone(), world.tree().clone(), world.fruit().clone());
-        let weather = world.weather().cloned();
-        let tree =
-            TreeWorld::within(world.shared_spec().clone(), model, wood, fruit, weather, world.data().clone());
+        let tree = tree_of(&world);
         let room = Room::for_trees(std::slice::from_ref(&tree), 0.0).unwrap();
         let batch = WorldBatch::with_lanes(gpu, room, &tree, &robot, 1, 1).unwrap();
         let fitted = batch.fitted(&tree, &world.x_world_start()).unwrap().unwrap();
@@ -58,7 +55,9 @@ impl Grip {
 
     /// Puts the world's state on the device.
     fn plant(&mut self) {
-        let tree = self.tree.in_state_of(self.world.data().clone(), self.world.rupture().clone());
+        let Self { tree, world, .. } = &*self;
+        let (data, rupture) = (world.data().clone(), world.rupture().clone());
+        let tree = tree.in_state_of(data, rupture, world.fruit_lives().clone());
         let x_world_odom = self.world.x_world_start();
         let tenant = Tenant {
             lane: 0,
@@ -134,7 +133,7 @@ impl Grip {
 fn substeps_of_a_held_fruit_have_the_contacts_of_f64() {
     const SUBSTEPS: u32 = 120;
     let Some(gpu) = device() else { return };
-    let mut grip = Grip::new(&gpu, &seen());
+    let mut grip = Grip::new(&gpu, &seen(Preset::Paper));
     let mut off = Off::default();
     let (mut fastest, mut spin) = (0.0_f64, 0.0_f64);
     let point = grip.point();

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use orchard_batch::TreeWorld;
+use orchard_batch::{StemMotion, TreeWorld};
 use orchard_geometry::{Pose, Vec3};
 use orchard_multibody::{Data, Model};
 use orchard_robot::{Command, RobotHandle, RobotModel, SetPoints};
@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::meeting::Meeting;
 use super::quads::{Gathered, scatter};
-use super::told::{Course, MOTION, News, Question, Told, Wish};
+use super::told::{Course, News, Question, Told, Wish};
 use super::{SUBSTEP, WorldBatch, check, timed};
 use crate::BatchError;
 use crate::batch::encode_each;
@@ -87,7 +87,8 @@ impl WorldBatch {
     ) -> Result<Self, GpuError> {
         let trees = vec![sample.clone(); lanes];
         let starts = vec![Pose::identity(); lanes];
-        let each = [room.links(), room.fruit(), frames];
+        let motion = crate::laws::Laws::of(sample.plant()).fruit_motion().len();
+        let each = [room.links(), room.fruit(), motion, frames];
         let mut batch = Self::in_room(gpu, &trees, robot, &starts, room, frames)?;
         let (of_trees, meetings) = (&batch.trees.buffers, &batch.buffers.meetings);
         let sections = [(meetings, lanes * DRIVE), (&batch.robots.buffers.robots, lanes * ROBOT)];
@@ -201,7 +202,8 @@ impl WorldBatch {
         self.trees.send_inputs();
         self.robots.send_inputs();
         let Some(mut read) = self.read.take() else { panic!("the batch has no lanes") };
-        let frames = read.trees.ask(&self.gpu, questions);
+        let given: Vec<usize> = questions.iter().map(|question| question.frames).collect();
+        let frames = read.trees.ask(&self.gpu, questions, self.trees.memory.missed());
         let most = self.buffers.bindings.len();
         assert!(frames <= most, "a course has {frames} frames, more than {most}");
         if frames > 0 {
@@ -209,6 +211,9 @@ impl WorldBatch {
             let mut clock = self.clock.take();
             if advances {
                 self.send_rules(frames as u32);
+                for (lane, own) in given.into_iter().enumerate() {
+                    self.trees.memory.stand_still(lane, (frames - own) as u32);
+                }
             }
             read.trees.encode_give(&self.gpu, &mut encoder, &mut clock);
             for frame in 0..frames {
@@ -318,8 +323,12 @@ impl WorldBatch {
             }
         }
         let vector = |quad: &[f32; QUAD]| Vec3::from_fn(|k, _| f64::from(quad[k]));
-        for (id, motion) in plant.fruit.points.iter().zip(whole.fruit.chunks_exact(MOTION)) {
+        let motions = whole.fruit.chunks_exact(self.trees.memory.laws.fruit_motion().len());
+        for (i, (id, motion)) in plant.fruit.points.iter().zip(motions).enumerate() {
             let at = id.index();
+            if let [rotation, rate, _] = &motion[3..] {
+                StemMotion::store(plant, data, i, rotation.map(f64::from), vector(rate));
+            }
             if !data.point_carried[at] {
                 data.point_p_world[at] = vector(&motion[0]);
                 data.point_v_world[at] = vector(&motion[1]);
@@ -328,7 +337,18 @@ impl WorldBatch {
                 }
             }
         }
-        Some(Meeting::of(whole.record.as_flattened(), self.trees.memory.rules.h))
+        Some(Meeting::of(whole.record.as_flattened(), self.trees.memory.rules.h, plant.tree.len()))
+    }
+
+    /// Wear of the stems of a lane, of zone and spur, as [`Self::store_whole`] has their motion; none on tethers, or if the motion was not read.
+    pub fn stem_wear(&self, lane: usize, frame: usize) -> impl Iterator<Item = [f64; 2]> {
+        let whole = self.read.as_ref().and_then(|read| read.trees.whole(lane, frame));
+        let motions = whole.map_or(&[][..], |whole| whole.fruit);
+        let motions = motions.chunks_exact(self.trees.memory.laws.fruit_motion().len());
+        motions.filter_map(|motion| match motion[3..] {
+            [_, [.., zone], [.., spur]] => Some([zone, spur].map(f64::from)),
+            _ => None,
+        })
     }
 
     /// Velocities of the fruit of a lane a frame before those of [`Self::store_whole`] [m/s, world]; none if the motion was not read.

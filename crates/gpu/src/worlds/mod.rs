@@ -19,8 +19,7 @@ use crate::BatchError;
 use crate::batch::{GpuBatch, Options, Statistics};
 use crate::clock::{Clock, Timed};
 use crate::device::{Gpu, GpuError, WORKGROUP_STORAGE};
-use crate::laws::Laws;
-use crate::layout::{self, LANES, QUAD};
+use crate::layout::{self, LANES, QUAD, place};
 use crate::memory::Room;
 use crate::pipelines::Pass;
 use crate::robots::RobotBatch;
@@ -29,10 +28,10 @@ use crate::rules::Rules;
 use buffers::WorldBuffers;
 use lanes::Read;
 pub use lanes::{Fitted, Tenant};
-pub use meeting::{ContactPoint, Meeting};
+pub use meeting::{ContactPoint, Meeting, On};
 use pipelines::WorldPass;
 pub(crate) use quads::{scatter, scatter_words};
-use table::WorldTable;
+use table::{WorldTable, overlaps};
 pub use told::{Course, News, Wish};
 
 /// Largest tilt of an odom frame: its z axis is as near to the vertical as rounding allows.
@@ -41,7 +40,7 @@ const UPRIGHT: f64 = 1e-9;
 /// Worlds on level ground, each with a tree and a robot of one kind, which advance together on a graphics device. The robot touches live wood, hanging fruit and fruit that came in its hand by the law of
 /// `orchard_multibody::contact`; wood that it pushes breaks. Their state stays there; only what is asked for is read.
 ///
-/// Trees hang their fruit on tethers, in still air (preset `paper`). The robot touches nothing else: neither fruit that come off here or lie elsewhere nor broken limbs, the ground or itself. The result of a world does not
+/// The air is still. Hanging fruit touch each other where they grow in clusters. The robot touches nothing else: neither fruit that come off here or lie elsewhere nor broken limbs, the ground or itself. The result of a world does not
 /// depend on the other worlds or on their number.
 #[derive(Debug)]
 pub struct WorldBatch {
@@ -167,7 +166,7 @@ impl WorldBatch {
 
     /// Dispatches a pass with the rules at an offset in their buffer, and the commands of a frame of those that were sent.
     fn dispatch(&self, pass: &mut wgpu::ComputePass<'_>, rules: u32, kind: WorldPass, frame: usize) {
-        let pipelines = self.gpu.world_pipelines();
+        let pipelines = self.gpu.world_pipelines(self.trees.memory.laws.stems);
         let worlds = self.len() as u32;
         let blocks = worlds.div_ceil(LANES as u32);
         let (pipeline, groups) = match kind {
@@ -281,7 +280,7 @@ impl WorldBatch {
     pub fn meeting(&self, world: usize) -> Result<Meeting, GpuError> {
         let first = self.table.records + world * self.table.record;
         let numbers = self.gpu.read(&[(&self.buffers.meetings, first..first + Meeting::NUMBERS)])?;
-        Ok(Meeting::of(&numbers, self.trees.memory.rules.h))
+        Ok(Meeting::of(&numbers, self.trees.memory.rules.h, self.trees.plants[world].tree.len()))
     }
 }
 
@@ -306,12 +305,10 @@ fn timed(clock: &mut Option<Clock>) -> Timed<'_, WorldPass> {
 /// # Errors
 /// They cannot.
 fn check(plant: &Plant, x_world_odom: &Pose) -> Result<(), &'static str> {
-    let Laws { modal, stems, wind, .. } = Laws::of(plant);
     let up = x_world_odom.rotation * Vec3::z();
     for (refused, why) in [
-        (stems, "its fruit hang on stems that bend (fruit.stem)"),
-        (wind, "a wind blows (wind)"),
-        (modal, "its dampers hold damping ratios (wood.modal_damping)"),
+        (plant.weather.is_some(), "a wind blows (wind)"),
+        (overlaps(plant).count() > place::MOST_OVERLAPS, "too many of its fruit have grown into each other"),
         (!(up - Vec3::z()).norm().le(&UPRIGHT), "its odom frame is tilted or not finite"),
         (!x_world_odom.translation.vector.iter().all(|x| x.is_finite()), "its odom frame is not finite"),
     ] {

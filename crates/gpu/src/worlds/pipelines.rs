@@ -45,19 +45,20 @@ pub(crate) struct WorldPipelines {
 }
 
 impl WorldPipelines {
-    /// Compiles the kernels.
-    pub fn new(device: &wgpu::Device) -> Self {
+    /// Compiles the kernels, for fruit on stems that bend or on tethers.
+    pub fn new(device: &wgpu::Device, stems: bool) -> Self {
         let read = (BufferBindingType::Storage { read_only: true }, false);
         let written = (BufferBindingType::Storage { read_only: false }, false);
+        let constants: &[(&str, f64)] = if stems { &[("STEMS", 1.0)] } else { &[] };
         // Robot, commands, robots; rules; tables, meetings; works, fruit, worlds.
         let [robot, rules] = [false, true].map(|has_offset| (BufferBindingType::Uniform, has_offset));
         let buffers = [robot, read, written, rules, read, written, written, written, written];
         let kernels = Kernels::new(device, "worlds", shader::source_of_worlds(), &buffers);
         Self {
-            robot_begin: kernels.pipeline("robot_begin", &[]),
-            seek: kernels.pipeline("seek", &[]),
-            meet: kernels.pipeline("meet", &[]),
-            robot_end: kernels.pipeline("robot_end", &[]),
+            robot_begin: kernels.pipeline("robot_begin", constants),
+            seek: kernels.pipeline("seek", constants),
+            meet: kernels.pipeline("meet", constants),
+            robot_end: kernels.pipeline("robot_end", constants),
             bindings: kernels.bindings,
         }
     }

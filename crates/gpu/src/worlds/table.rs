@@ -4,11 +4,11 @@ use bytemuck::cast;
 use orchard_batch::Plant;
 use orchard_geometry::{Pose, Shape, Vec3, transform};
 use orchard_multibody::contact::in_series;
-use orchard_multibody::{Collider, Owner};
+use orchard_multibody::{Collider, ColliderId, Owner};
 use orchard_robot::RobotModel;
 
 use crate::BatchError;
-use crate::layout::{LANES, QUAD, collider, contact, head, meeting, path, place, robot, solid, system};
+use crate::layout::{LANES, QUAD, collider, contact, head, meeting, pair, path, place, robot, solid, system};
 use crate::memory::{Memory, Room, depth};
 use crate::robots::Alone;
 use crate::robots::table::{Place, refused};
@@ -65,9 +65,10 @@ impl WorldTable {
         let depth = plants.iter().map(|plant| depth(&plant.tree.parent)).max().unwrap_or(0).max(room.depth());
         let most = plants.iter().map(|plant| plant.tree.len() + plant.fruit.len()).max().unwrap_or(0);
         let most = most.max(room.colliders());
-        let own = (place::FIELDS + most).next_multiple_of(QUAD);
+        let own = (place::FIELDS + most + 2 * place::MOST_OVERLAPS).next_multiple_of(QUAD);
         let record = meeting::FIELDS
-            + meeting::MOST_CONTACTS * (contact::FIELDS + 3 * robot::DOFS + depth * path::FIELDS);
+            + meeting::MOST_CONTACTS * (contact::FIELDS + 3 * robot::DOFS)
+            + meeting::MOST_WAYS * depth * path::FIELDS;
         let records = plants.len().div_ceil(LANES) * system::FIELDS * LANES;
         for (field, value) in [
             (head::COLLIDERS, colliders.len()),
@@ -80,10 +81,12 @@ impl WorldTable {
             words[field] = value as u32;
         }
         words[head::MARGIN] = bits(plants[0].settings.contact_margin);
+        words[head::FRUIT_FRICTION] = bits(fruit.friction);
+        if spec.fruit.cluster.is_some() {
+            words[head::FRUIT_STIFFNESS] = bits(in_series(fruit.stiffness, fruit.stiffness));
+        }
         for (index, (plant, x_world_odom)) in plants.iter().zip(x_world_odom).enumerate() {
-            let start = words.len();
-            words.extend(of_world(memory, index, plant, x_world_odom));
-            words.resize(start + own, 0);
+            words.extend(of_world(memory, index, plant, x_world_odom, own));
         }
         let meetings = records + plants.len() * record;
         Ok(Self { words, records, record, meetings })
@@ -99,8 +102,7 @@ impl WorldTable {
     ) -> (usize, usize) {
         let own = self.words[head::PLACE] as usize * QUAD;
         let start = self.words[head::PLACES] as usize * QUAD + index * own;
-        let mut words = of_world(memory, index, plant, x_world_odom);
-        words.resize(own, 0);
+        let words = of_world(memory, index, plant, x_world_odom, own);
         self.words[start..start + own].copy_from_slice(&words);
         (start, own)
     }
@@ -148,8 +150,16 @@ fn of_collider(
     Ok(words)
 }
 
-/// Words of a world's own.
-fn of_world(memory: &Memory, index: usize, plant: &Plant, x_world_odom: &Pose) -> Vec<u32> {
+/// Pairs of fruit that have grown into each other, with the depth \[m\].
+pub(super) fn overlaps(plant: &Plant) -> impl Iterator<Item = ([usize; 2], f64)> {
+    let colliders = &plant.fruit.colliders;
+    let fruit = |id: ColliderId| colliders.iter().position(|&own| own == id);
+    let pairs = plant.model.overlaps();
+    pairs.filter_map(move |(a, b, depth)| Some(([fruit(a)?, fruit(b)?], depth)))
+}
+
+/// The words of a world's own, of which there are so many.
+fn of_world(memory: &Memory, index: usize, plant: &Plant, x_world_odom: &Pose, own: usize) -> Vec<u32> {
     let mut words = vec![0; place::FIELDS];
     words[place::TOUCH..place::WORLD + 1].copy_from_slice(&memory.bases_of(index));
     let x = x_world_odom.rotation * Vec3::x();
@@ -167,5 +177,11 @@ fn of_world(memory: &Memory, index: usize, plant: &Plant, x_world_odom: &Pose) -
     }));
     let fruit = plant.fruit.fruit.iter().enumerate();
     words.extend(fruit.map(|(i, fruit)| word(memory.fruit_row_of(index, i), fruit.segment as u32)));
+    words.resize(own - 2 * place::MOST_OVERLAPS, 0);
+    for ([first, second], depth) in overlaps(plant) {
+        words.extend([(pair::FRUIT | first << pair::FIRST | second) as u32, bits(depth)]);
+        words[place::OVERLAPS] += 1;
+    }
+    words.resize(own, 0);
     words
 }

@@ -16,8 +16,6 @@ const QUAD_BYTES: usize = 4 * QUAD;
 /// Quads of a lane, and of a record of contacts.
 const OWN: usize = told::FIELDS / QUAD;
 const RECORD: usize = Meeting::NUMBERS / QUAD;
-/// Quads of the motion of a fruit.
-pub(super) const MOTION: usize = 3;
 /// Threads of a workgroup of kernel `give`.
 const GIVE_THREADS: usize = 64;
 /// Slots are read before it is known how many were given: the wanted ones, `AS_MANY` times those that the last reading gave beyond them, and `SOME` and one for every `PER_SLOT` lanes. All are our own choice; slots beyond are read afterwards, which waits
@@ -104,9 +102,10 @@ pub struct News {
 #[derive(Debug)]
 pub(super) struct Told {
     lanes: usize,
-    /// Room for links and fruit of a lane.
+    /// Room for links and fruit of a lane, and quads of the motion of a fruit.
     links: usize,
     fruit: usize,
+    motion: usize,
     asked: wgpu::Buffer,
     told: wgpu::Buffer,
     given: wgpu::Buffer,
@@ -123,30 +122,34 @@ pub(super) struct Told {
 }
 
 impl Told {
-    /// Makes the tables of some lanes, each with room for links and fruit, and for some frames. The buffers: tables, meetings, worlds, links, fruit.
+    /// Makes the tables of some lanes, each with room for links and fruit, whose motion takes some quads, and for some frames. The buffers: tables, meetings, worlds, links, fruit.
     ///
     /// # Errors
     /// They do not fit into the device.
     pub fn new(
         gpu: &Gpu,
         lanes: usize,
-        [links, fruit, frames]: [usize; 3],
+        [links, fruit, motion, frames]: [usize; 4],
         of: [&wgpu::Buffer; 5],
     ) -> Result<Self, GpuError> {
-        let each = links + (1 + MOTION) * fruit + RECORD;
+        let each = links + (1 + motion) * fruit + RECORD;
         let quads = lanes * (frames * (OWN + each) + fruit);
         check_limits(gpu, lanes, QUAD_BYTES * quads, lanes)?;
         let storage = BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
-        let places = lanes * (links + MOTION * fruit);
-        let asked = create_buffer(gpu, "asked", 4 * (asked::FIELDS + lanes + places), storage);
+        let places = lanes * (links + motion * fruit);
+        let asked = create_buffer(gpu, "asked", 4 * (asked::FIELDS + 2 * lanes + places), storage);
         let told = create_buffer(gpu, "told", QUAD_BYTES * quads, storage);
         let given = create_buffer(gpu, "given", 4, storage);
         let read = BufferUsages::MAP_READ | BufferUsages::COPY_DST;
         let staging = create_buffer(gpu, "staging", QUAD_BYTES * lanes * frames * (OWN + each), read);
-        let mut words = vec![wish::NOTHING as u32; asked::FIELDS + lanes];
-        for (field, value) in
-            [(asked::LANES, lanes), (asked::LINKS, links), (asked::FRUIT, fruit), (asked::FRAMES, frames)]
-        {
+        let mut words = vec![wish::NOTHING as u32; asked::FIELDS + 2 * lanes];
+        for (field, value) in [
+            (asked::LANES, lanes),
+            (asked::LINKS, links),
+            (asked::FRUIT, fruit),
+            (asked::FRAMES, frames),
+            (asked::MOTION, motion),
+        ] {
             words[field] = value as u32;
         }
         words.resize(words.len() + places, NOWHERE);
@@ -166,6 +169,7 @@ impl Told {
             lanes,
             links,
             fruit,
+            motion,
             asked,
             told,
             given,
@@ -181,25 +185,25 @@ impl Told {
 
     /// Quads of a slot.
     fn each(&self) -> usize {
-        self.links + (1 + MOTION) * self.fruit + RECORD
+        self.links + (1 + self.motion) * self.fruit + RECORD
     }
 
-    /// Sets the quads of the links and of the fruit of a lane, three by three.
+    /// Sets the quads of the links and of the motion of the fruit of a lane.
     pub fn set_places(&self, gpu: &Gpu, lane: usize, [mut links, mut fruit]: [Vec<u32>; 2]) {
-        let first = asked::FIELDS + self.lanes;
+        let first = asked::FIELDS + 2 * self.lanes;
         let of_fruit = first + self.lanes * self.links;
         links.resize(self.links, NOWHERE);
-        fruit.resize(MOTION * self.fruit, NOWHERE);
+        fruit.resize(self.motion * self.fruit, NOWHERE);
         for (at, places) in
-            [(first + lane * self.links, links), (of_fruit + lane * MOTION * self.fruit, fruit)]
+            [(first + lane * self.links, links), (of_fruit + lane * self.motion * self.fruit, fruit)]
         {
             gpu.queue.write_buffer(&self.asked, 4 * at as u64, bytemuck::cast_slice(&places));
         }
     }
 
-    /// Sends the questions, one a lane; returns the number of frames that are told, of the lane with most.
-    pub fn ask(&mut self, gpu: &Gpu, questions: Vec<Question>) -> usize {
-        let words: Vec<u32> = questions.iter().map(|question| question.word()).collect();
+    /// Sends the questions, one a lane, and in how many frames each has stood still; returns the number of frames that are told, of the lane with most.
+    pub fn ask(&mut self, gpu: &Gpu, questions: Vec<Question>, missed: impl Iterator<Item = u32>) -> usize {
+        let words: Vec<u32> = questions.iter().map(|question| question.word()).chain(missed).collect();
         gpu.queue.write_buffer(&self.asked, 4 * asked::FIELDS as u64, bytemuck::cast_slice(&words));
         gpu.queue.write_buffer(&self.given, 0, &0_u32.to_ne_bytes());
         self.questions = questions;
@@ -346,7 +350,7 @@ impl Told {
         let each = self.each();
         let quads = self.slots.get(self.slot(lane, frame)? * each..)?.get(..each)?;
         let (links, rest) = quads.split_at(self.links);
-        let (fruit, rest) = rest.split_at(MOTION * self.fruit);
+        let (fruit, rest) = rest.split_at(self.motion * self.fruit);
         let (record, before) = rest.split_at(RECORD);
         Some(Whole { links, fruit, record, before })
     }
@@ -357,7 +361,7 @@ impl Told {
 pub(super) struct Whole<'a> {
     /// Angles and rates of each link.
     pub links: &'a [[f32; QUAD]],
-    /// Place, velocity, and spin or stem's arm of each fruit.
+    /// Motion of each fruit: place, velocity, and spin or stem's arm; of a stem that bends also rotation, rate and rest, the last two with the wear.
     pub fruit: &'a [[f32; QUAD]],
     /// Beginning of the record of contacts.
     pub record: &'a [[f32; QUAD]],
