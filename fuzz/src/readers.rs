@@ -3,13 +3,13 @@
 use std::path::Path;
 use std::sync::{Mutex, OnceLock, PoisonError};
 
-use orchard_exchange::{json, mtg};
+use orchard_exchange::{colour_image, depth_image, json, mtg};
 use orchard_leaderboard::Board;
 use orchard_multibody::{Body, ModelBuilder};
 use orchard_network::{Network, Port, Tensor};
 use orchard_perception::DetectorConfig;
 use orchard_recording::Recording;
-use orchard_recording::bag::{Bag, BagMessage};
+use orchard_recording::bag::{Bag, BagMessage, Topics};
 use orchard_robot::{Articulation, Draft, Limits, PAPER_URDF, Resources, RobotConfig, RobotModel, Survey};
 use orchard_scenario::{Scenario, controllers};
 use orchard_spec::camera::CameraSpec;
@@ -106,14 +106,38 @@ fn sealed(whole: &[u8], body: &[u8]) -> Vec<u8> {
 /// A recording, and a bag of ROS 2.
 pub fn mcap(bytes: &[u8]) {
     const BAG: &[u8] = include_bytes!("../../crates/program/src/commands/detect/tests/two_images.mcap");
+    const PACKED: &[u8] = include_bytes!("../../crates/program/src/commands/detect/tests/colour_images.mcap");
     let path = Path::new("fuzz.mcap");
     let _ = Recording::from_bytes(path, &case(valid("episode.mcap"), bytes));
-    let file = case(BAG, bytes);
-    let mut bag =
-        Bag::new(path, file.as_slice(), "/camera/depth/image_rect_raw", "/camera/depth/camera_info");
+    let topics = Topics {
+        depth: "/camera/depth/image_rect_raw".into(),
+        info: "/camera/depth/camera_info".into(),
+        colour: None,
+    };
+    read_bag(Bag::new(path, case(BAG, bytes).as_slice(), &topics));
+    let topics = Topics {
+        depth: "/camera/depth/image_inverse/compressedDepth".into(),
+        info: "/camera/depth/camera_info".into(),
+        colour: Some("/camera/color/image/jpeg/compressed".into()),
+    };
+    read_bag(Bag::new(path, case(PACKED, bytes).as_slice(), &topics));
+}
+
+fn read_bag(mut bag: Bag<&[u8]>) {
+    let is_depth =
+        |depth: &orchard_geometry::DepthImage| depth.pixels().iter().all(|z| z.is_finite() && *z >= 0.0);
     while let Ok(Some((_, message))) = bag.next_message() {
-        if let BagMessage::Image(image) = message {
-            assert!(image.depth(image.usual_unit()).pixels().iter().all(|z| z.is_finite() && *z >= 0.0));
+        match message {
+            BagMessage::Image(image) => assert!(is_depth(&image.depth(image.usual_unit()))),
+            BagMessage::PackedDepth(packed) => {
+                if let Ok(raw) = depth_image::read_transported(&packed.format, &packed.data) {
+                    let unit = raw.usual_unit();
+                    assert!(raw.depth(unit).is_ok_and(|depth| is_depth(&depth)));
+                }
+            }
+            BagMessage::Colour(image) => drop(image.rgb()),
+            BagMessage::PackedColour(packed) => drop(colour_image::read(&packed.data)),
+            BagMessage::Info(_) => {}
         }
     }
 }

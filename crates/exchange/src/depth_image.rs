@@ -4,11 +4,14 @@
 
 mod numpy;
 mod tiff;
+mod transported;
 
 use orchard_geometry::{DepthImage, Image};
 
 use crate::depth_png::{self, MILLIMETRE, PngError};
 use crate::intrinsics::{MOST_PIXELS, MOST_SIDE};
+
+pub use transported::read_transported;
 
 /// Error of reading a depth image.
 #[derive(Debug, thiserror::Error)]

@@ -86,6 +86,10 @@ pub struct Prior {
     pub mean: Quantity,
     /// Standard deviation of the radius.
     pub deviation: Quantity,
+    /// Standard deviation of the radii of the fruit of one image about their mean.
+    pub within: Quantity,
+    /// Standard deviation of the radius that pixels tell, because fruit are no spheres.
+    pub shape: Quantity,
     /// Largest number of pixels of a fruit whose errors count as independent: neighbours err alike, and apples are no spheres.
     pub independent: Quantity,
 }

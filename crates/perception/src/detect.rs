@@ -3,7 +3,7 @@
 use crate::gates::Gate;
 use crate::geometric::{Candidate, Detection, search};
 use crate::learned;
-use crate::{DetectorConfig, PerceptionError};
+use crate::{DetectorConfig, PerceptionError, sizes};
 use orchard_geometry::{DepthImage, Image, Intrinsics};
 
 /// Finds fruit in a depth image \[m\]. `mask` is true where a pixel must be ignored (robot, ground) and has the image's size.
@@ -57,8 +57,15 @@ fn find(
     config: &DetectorConfig,
     wanted: impl Fn(Option<Gate>) -> bool,
 ) -> Result<Vec<Candidate>, PerceptionError> {
-    match &config.network {
-        Some(figures) => learned::find((depth, colour), intrinsics, mask, config, figures),
-        None => search(depth, intrinsics, mask, config, wanted),
+    let mut found = match &config.network {
+        Some(figures) => learned::find((depth, colour), intrinsics, mask, config, figures)?,
+        None => search(depth, intrinsics, mask, config, wanted)?,
+    };
+    // The radius by a disc is not that of the fit, whose deviation is known.
+    let by_disc = config.network.as_ref().is_some_and(|figures| figures.disc.is_some());
+    if config.fit.use_prior && !by_disc {
+        let mut accepted: Vec<&mut Candidate> = found.iter_mut().filter(|c| c.refused_by.is_none()).collect();
+        sizes::join(&mut accepted, intrinsics, config);
     }
+    Ok(found)
 }

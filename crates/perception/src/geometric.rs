@@ -44,6 +44,8 @@ pub struct Candidate {
     pub refused_by: Option<Gate>,
     /// Evidence for and against it.
     pub evidence: Evidence,
+    /// Movement of the centre for each metre by which the radius is changed, so that the pixels stay on the sphere.
+    pub(crate) center_per_radius: Vec3,
 }
 
 /// Returns the spheres that `wanted` takes by the gate that refused them; the score refuses afterwards.
@@ -166,6 +168,7 @@ impl<'a> Report<'a> {
             // Callers keep z > 0.
             center_px: self.intrinsics.project(&sphere.center).unwrap_or((f64::NAN, f64::NAN)),
         };
-        Candidate { detection, refused_by: *refused_by, evidence: *evidence }
+        let center_per_radius = deviations.center_per_radius;
+        Candidate { detection, refused_by: *refused_by, evidence: *evidence, center_per_radius }
     }
 }

@@ -4,7 +4,7 @@ use crate::config::Network as Figures;
 use crate::disc::{self, Disc};
 use crate::geometric::{Candidate, without_duplicates};
 use crate::onnx::{self, CELL, FIELDS, MULTIPLE};
-use crate::region::{Region, fit_regions};
+use crate::region::{Region, fit_each};
 use crate::sphere::Sphere;
 use crate::{DetectorConfig, Gate, PerceptionError};
 use orchard_geometry::{DepthImage, Image, Intrinsics};
@@ -21,7 +21,7 @@ struct Peak {
     radius: f64,
 }
 
-/// Finds fruit in an image of depth, and of colour if the network sees it; the fit and its gates are those of a region that another detector has found ([`fit_regions`]).
+/// Finds fruit in an image of depth, and of colour if the network sees it; the fit and its gates are those of a region that another detector has found ([`crate::fit_regions`]).
 pub(crate) fn find(
     (depth, colour): (&DepthImage, Option<&Image<[u8; 3]>>),
     intrinsics: &Intrinsics,
@@ -49,7 +49,7 @@ pub(crate) fn find(
     let size = (depth.width(), depth.height());
     let (seen, regions): (Vec<Peak>, Vec<Region>) =
         peaks.into_iter().filter_map(|peak| Some((peak, peak.region(size)?))).unzip();
-    let fitted = fit_regions(depth, intrinsics, mask, &regions, config)?;
+    let fitted = fit_each(depth, intrinsics, mask, &regions, config)?;
     let fitted = match &figures.disc {
         None => fitted,
         Some(deviation) => {

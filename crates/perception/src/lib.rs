@@ -23,6 +23,7 @@ mod region;
 mod score;
 mod search;
 mod segment;
+mod sizes;
 mod sphere;
 mod track;
 mod votes;

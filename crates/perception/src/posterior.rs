@@ -38,6 +38,8 @@ pub(crate) struct Deviations {
     pub(crate) center: f64,
     /// Of the radius \[m\].
     pub(crate) radius: f64,
+    /// Movement of the centre for each metre by which the radius is changed, so that the pixels stay on the sphere.
+    pub(crate) center_per_radius: Vec3,
 }
 
 /// Estimates spheres in one image.
@@ -105,7 +107,12 @@ impl Posterior {
             let variance = |c: &Matrix4<f64>| axes.iter().map(|&k| c[(k, k)]).sum::<f64>();
             covariance.as_ref().map_or(f64::INFINITY, |c| variance(c).max(0.0).sqrt())
         };
-        Deviations { center: deviation(&[0, 1, 2]), radius: deviation(&[3]) }
+        let moved = |c: &Matrix4<f64>| Vec3::new(c[(0, 3)], c[(1, 3)], c[(2, 3)]) / c[(3, 3)];
+        Deviations {
+            center: deviation(&[0, 1, 2]),
+            radius: deviation(&[3]),
+            center_per_radius: covariance.as_ref().map_or(Vec3::zeros(), moved),
+        }
     }
 
     /// Normal equations a x = b of a step x of centre and radius: those of the residuals |p - c| - R of the pixels near the sphere's near

@@ -2,7 +2,7 @@
 
 use crate::gates::Gate;
 use crate::geometric::{Candidate, search};
-use crate::{DetectorConfig, PerceptionError};
+use crate::{DetectorConfig, PerceptionError, sizes};
 use orchard_geometry::{DepthImage, Image, Intrinsics};
 
 /// Part of an image.
@@ -30,6 +30,22 @@ const LEAST_OVERLAP: f64 = 0.2;
 /// # Errors
 /// Those of [`crate::detect`].
 pub fn fit_regions(
+    depth: &DepthImage,
+    intrinsics: &Intrinsics,
+    mask: Option<&Image<bool>>,
+    regions: &[Region],
+    config: &DetectorConfig,
+) -> Result<Vec<Option<Candidate>>, PerceptionError> {
+    let mut fitted = fit_each(depth, intrinsics, mask, regions, config)?;
+    if config.fit.use_prior {
+        let mut found: Vec<&mut Candidate> = fitted.iter_mut().flatten().collect();
+        sizes::join(&mut found, intrinsics, config);
+    }
+    Ok(fitted)
+}
+
+/// The same without joining the sizes of the fruit.
+pub(crate) fn fit_each(
     depth: &DepthImage,
     intrinsics: &Intrinsics,
     mask: Option<&Image<bool>>,

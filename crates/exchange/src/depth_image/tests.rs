@@ -122,3 +122,63 @@ fn errors_tell_format_and_problem() {
         assert!(line.contains(message), "{line}");
     }
 }
+
+/// A PNG of three values behind the header of `compressedDepth` with two parameters.
+fn transported(values: [u16; 3], a: f32, b: f32) -> Vec<u8> {
+    let image = Image::from_pixels(3, 1, values.to_vec()).unwrap();
+    let mut bytes = vec![1, 0, 0, 0];
+    bytes.extend(a.to_le_bytes());
+    bytes.extend(b.to_le_bytes());
+    bytes.extend(crate::image_png::write_grey16(&image).unwrap());
+    bytes
+}
+
+#[test]
+fn images_of_ros_transports_are_read() {
+    let values = [0, 500, 1250];
+    let data = transported(values, 0.0, 0.0);
+    for (format, data) in [
+        ("16UC1; compressedDepth png", &data[..]),
+        ("16UC1; compressedDepth", &data),
+        ("mono16; png compressed", &data[12..]),
+        ("png", &data[12..]),
+    ] {
+        let raw = read_transported(format, data).unwrap();
+        let unit = raw.usual_unit();
+        assert_eq!(raw.depth(unit).unwrap().pixels(), [0.0, 0.5, 1.25], "{format}");
+    }
+    // a / (v - b) metres.
+    let raw =
+        read_transported("32FC1; compressedDepth png", &transported([0, 600, 300], 1000.0, 100.0)).unwrap();
+    assert_eq!((raw.usual_unit(), raw.depth(1.0).unwrap().pixels()), (1.0, &[0.0, 2.0, 5.0][..]));
+    // The pole and what lies behind it are no measurement.
+    let raw =
+        read_transported("32FC1; compressedDepth", &transported([100, 99, 101], 1000.0, 100.0)).unwrap();
+    assert_eq!(raw.depth(1.0).unwrap().pixels(), [0.0, 0.0, 1000.0]);
+}
+
+#[test]
+fn other_transports_are_told() {
+    let data = transported([1, 2, 3], 1000.0, 100.0);
+    let nan = transported([1, 2, 3], f32::NAN, 100.0);
+    for (format, data, message) in [
+        (
+            "16UC1; compressedDepth rvl",
+            &[0; 40][..],
+            "is a compressed image of format \"16UC1; compressedDepth rvl\"; a PNG is needed",
+        ),
+        ("bgr8; jpeg compressed bgr8", b"\xff\xd8\xff\xe0 a JPEG", "a PNG is needed"),
+        (
+            "16UC1; compressedDepth png",
+            &data[..11],
+            "cannot be read as compressedDepth: it ends within its first 12 bytes",
+        ),
+        ("16UC1; compressedDepth png", &data[..40], "cannot be read as PNG"),
+        ("32FC1; png compressed", &data[12..], "compressedDepth for values of 32FC1 is needed"),
+        ("32FC1; compressedDepth png", &nan, "its parameters are NaN and 100; finite numbers are needed"),
+        ("", b"", "a PNG is needed"),
+    ] {
+        let line = read_transported(format, data).unwrap_err().to_string();
+        assert!(line.contains(message), "{line}");
+    }
+}

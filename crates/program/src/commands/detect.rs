@@ -43,6 +43,7 @@ use crate::picture_file;
                   orchard detect --depth depth.png --intrinsics camera.json --range 0.4,2.5 --radius 0.02,0.045\n  \
                   orchard detect --depth d.png --intrinsics k.json --camera azure-kinect --colour c.jpg --onnx apples.onnx\n  \
                   orchard detect --mcap bag.mcap --topic /camera/depth/image_rect_raw --camera d435i --out found.mcap\n  \
+                  orchard detect --mcap bag.mcap --topic /depth/image --colour-topic /color/image --detector learned-colour --out found.mcap\n  \
                   orchard detect --depth depth.png --intrinsics camera.json --camera-height 1.1 --up 0,-0.94,-0.34"
 )]
 pub struct Args {
@@ -135,11 +136,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     #[cfg(feature = "recording")]
     args.bag.check()?;
+    args.regions.check()?;
     #[cfg(feature = "recording")]
     if let Some(file) = &args.bag.mcap {
-        return bag::run(&args.bag, file, &args.input, &args.out);
+        return bag::run(&args.bag, file, &args.input, &args.regions, &args.out);
     }
-    args.regions.check()?;
     let input = args.input.read()?;
     let unused = args.picture.is_none() && !args.regions.use_colour() && !input.config.sees_colour();
     if let Some(file) = args.input.colour.as_ref().filter(|_| unused) {

@@ -30,10 +30,25 @@ fn info(d: &[f64]) -> Vec<u8> {
     cdr.finish()
 }
 
+/// A packed image as ROS 2 encodes it.
+fn packed(format: &str, data: &[u8]) -> Vec<u8> {
+    let mut cdr = cdr::Writer::new();
+    cdr.i32(12);
+    cdr.u32(345);
+    cdr.text("f");
+    cdr.text(format);
+    cdr.u32(data.len() as u32);
+    cdr.bytes(data);
+    cdr.finish()
+}
+
 /// A bag of messages: topic, schema, encoding, data.
-fn bag(messages: &[(&str, &str, &str, Vec<u8>)]) -> tempfile::NamedTempFile {
+fn bag(
+    messages: &[(&str, &str, &str, Vec<u8>)],
+    compression: Option<mcap::Compression>,
+) -> tempfile::NamedTempFile {
     let mut writer =
-        mcap::WriteOptions::new().compression(None).create(std::io::Cursor::new(Vec::new())).unwrap();
+        mcap::WriteOptions::new().compression(compression).create(std::io::Cursor::new(Vec::new())).unwrap();
     for (i, (topic, schema, encoding, data)) in messages.iter().enumerate() {
         let schema = writer.add_schema(schema, "ros2msg", b"").unwrap();
         let channel_id = writer.add_channel(schema, topic, encoding, &BTreeMap::new()).unwrap();
@@ -53,8 +68,19 @@ fn bag(messages: &[(&str, &str, &str, Vec<u8>)]) -> tempfile::NamedTempFile {
 }
 
 fn read(messages: &[(&str, &str, &str, Vec<u8>)]) -> Result<Vec<(u64, BagMessage)>, String> {
-    let file = bag(messages);
-    let mut bag = Bag::open(file.path(), "/d/image", "/d/camera_info").map_err(|e| e.to_string())?;
+    read_packed(messages, None)
+}
+
+fn topics() -> Topics {
+    Topics { depth: "/d/image".into(), info: "/d/camera_info".into(), colour: Some("/c/image".into()) }
+}
+
+fn read_packed(
+    messages: &[(&str, &str, &str, Vec<u8>)],
+    compression: Option<mcap::Compression>,
+) -> Result<Vec<(u64, BagMessage)>, String> {
+    let file = bag(messages, compression);
+    let mut bag = Bag::open(file.path(), &topics()).map_err(|e| e.to_string())?;
     let mut all = Vec::new();
     while let Some(message) = bag.next_message().map_err(|e| e.to_string())? {
         all.push(message);
@@ -83,8 +109,8 @@ fn images_and_intrinsics_are_read_in_order() {
         CameraInfo { height: 2, width: 3, distortion_model: "plumb_bob".into(), d: vec![0.1, 0.2], k };
     assert_eq!(all[0], (1001, BagMessage::Info(expected)));
     let (1002, BagMessage::Image(image)) = &all[1] else { panic!("{all:?}") };
-    assert_eq!(image.header.stamp, (12, 345));
-    assert_eq!(image.header.frame_id, "camera_depth_optical_frame");
+    assert_eq!(image.header().stamp, (12, 345));
+    assert_eq!(image.header().frame_id, "camera_depth_optical_frame");
     assert_eq!(image.depth(image.usual_unit()).pixels(), [0.5, 0.0, 1.25, 2.0, 0.001, 3.0]);
 }
 
@@ -98,6 +124,44 @@ fn rows_may_be_padded_and_odd_values_are_no_measurement() {
     }
     let image = one(image("32FC1", (2, 2), 12, &rows)).unwrap();
     assert_eq!(image.depth(image.usual_unit()).pixels(), [1.5, 0.0, 0.0, 0.25]);
+}
+
+/// Two pixels, (1, 2, 3) and (9, 8, 7), with a padded row.
+#[test]
+fn colours_are_red_green_and_blue() {
+    for (encoding, row, expected) in [
+        ("rgb8", &[1, 2, 3, 9, 8, 7, 0][..], [[1, 2, 3], [9, 8, 7]]),
+        ("bgr8", &[3, 2, 1, 7, 8, 9, 0], [[1, 2, 3], [9, 8, 7]]),
+        ("rgba8", &[1, 2, 3, 50, 9, 8, 7, 60, 0], [[1, 2, 3], [9, 8, 7]]),
+        ("bgra8", &[3, 2, 1, 50, 7, 8, 9, 60, 0], [[1, 2, 3], [9, 8, 7]]),
+        ("mono8", &[4, 5, 0], [[4; 3], [5; 3]]),
+    ] {
+        let data = image(encoding, (2, 1), row.len() as u32, row);
+        match read(&[("/c/image", messages::IMAGE, "cdr", data)]).unwrap().remove(0).1 {
+            BagMessage::Colour(colour) => assert_eq!(colour.rgb().pixels(), expected, "{encoding}"),
+            other => panic!("{other:?}"),
+        }
+    }
+}
+
+#[test]
+fn packed_images_and_packed_chunks_are_read() {
+    let messages = [
+        ("/d/image", messages::COMPRESSED_IMAGE, "cdr", packed("16UC1; compressedDepth png", b"depth")),
+        ("/c/image", messages::COMPRESSED_IMAGE, "cdr", packed("jpeg", b"colour")),
+    ];
+    for compression in [None, Some(mcap::Compression::Lz4), Some(mcap::Compression::Zstd)] {
+        let all = read_packed(&messages, compression).unwrap();
+        let [(1000, BagMessage::PackedDepth(depth)), (1001, BagMessage::PackedColour(colour))] = &all[..]
+        else {
+            panic!("{all:?}")
+        };
+        assert_eq!(
+            (depth.format.as_str(), depth.data.as_slice()),
+            ("16UC1; compressedDepth png", &b"depth"[..])
+        );
+        assert_eq!((colour.header.stamp, colour.data.as_slice()), ((12, 345), &b"colour"[..]));
+    }
 }
 
 #[test]
@@ -118,8 +182,19 @@ fn what_cannot_be_read_is_told() {
         let line = one(data).unwrap_err();
         assert!(line.contains(message), "{line}");
     }
-    let line = read(&[("/d/image", "sensor_msgs/msg/CompressedImage", "cdr", vec![])]).unwrap_err();
-    assert!(line.contains("topic /d/image holds sensor_msgs/msg/CompressedImage in cdr; sensor_msgs/msg/Image in cdr is needed"), "{line}");
+    let line = read(&[("/d/image", messages::CAMERA_INFO, "cdr", vec![])]).unwrap_err();
+    assert!(line.contains("topic /d/image holds sensor_msgs/msg/CameraInfo in cdr; sensor_msgs/msg/Image or sensor_msgs/msg/CompressedImage in cdr is needed"), "{line}");
+    let line =
+        read(&[("/c/image", messages::IMAGE, "cdr", image("bayer_rggb8", (1, 1), 1, &[0]))]).unwrap_err();
+    assert!(
+        line.contains(
+            "message 0 on /c/image: encoding is bayer_rggb8; rgb8, bgr8, rgba8, bgra8 or mono8 is needed"
+        ),
+        "{line}"
+    );
+    let line =
+        read(&[("/c/image", messages::COMPRESSED_IMAGE, "cdr", packed("jpeg", &[0; 9])[..30].to_vec())]);
+    assert!(line.unwrap_err().contains("it ends before"));
     let line = read(&[("/d/camera_info", messages::CAMERA_INFO, "json", vec![])]).unwrap_err();
     assert!(line.contains("holds sensor_msgs/msg/CameraInfo in json"), "{line}");
     let mut long = info(&[]);
@@ -129,7 +204,7 @@ fn what_cannot_be_read_is_told() {
     assert!(line.contains("it ends before 8 bytes"), "{line}");
     let text = tempfile::NamedTempFile::new().unwrap();
     std::fs::write(text.path(), "no bag").unwrap();
-    let mut bag = Bag::open(text.path(), "/a", "/b").unwrap();
+    let mut bag = Bag::open(text.path(), &topics()).unwrap();
     assert!(bag.next_message().is_err());
 }
 
@@ -166,4 +241,5 @@ fn detections_are_aligned_as_cdr_asks() {
 fn intrinsics_are_beside_their_image() {
     assert_eq!(info_topic_of("/camera/depth/image_rect_raw"), "/camera/depth/camera_info");
     assert_eq!(info_topic_of("image"), "/camera_info");
+    assert_eq!(info_topic_of("/camera/depth/image_raw/compressedDepth"), "/camera/depth/camera_info");
 }

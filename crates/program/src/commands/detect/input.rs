@@ -31,7 +31,7 @@ pub struct InputArgs {
     #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
     pub unit: Option<f64>,
     /// Colour image of the same view and size, PNG or JPEG, for --picture, --onnx or a detector that sees colour
-    #[arg(long, value_name = "IMAGE")]
+    #[arg(long, value_name = "IMAGE", group = "colours")]
     pub colour: Option<PathBuf>,
     /// Working range in depth [m] instead of the detector's own
     #[arg(long, value_name = "A,B", value_parser = pair, allow_hyphen_values = true)]

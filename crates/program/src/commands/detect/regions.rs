@@ -23,8 +23,9 @@ pub struct RegionArgs {
     /// Masks in which another detector found fruit: COCO JSON (polygons, run lengths), or a PNG of labels (0 is none)
     #[arg(long, value_name = "FILE.json|FILE.png")]
     masks: Option<PathBuf>,
-    /// Learned detector in ONNX format (a YOLO export), run on the image of --colour; spheres are fitted only in its boxes
-    #[arg(long, value_name = "MODEL.onnx", requires = "colour", conflicts_with_all = ["boxes", "masks"])]
+    /// Learned detector in ONNX format (a YOLO export), run on the image of --colour or those of --colour-topic; spheres are fitted only in
+    /// its boxes
+    #[arg(long, value_name = "MODEL.onnx", requires = "colours", conflicts_with_all = ["boxes", "masks"])]
     onnx: Option<PathBuf>,
     /// Least score of a box of --onnx
     #[arg(long, value_name = "SCORE", default_value_t = 0.25, requires = "onnx")]
@@ -62,20 +63,31 @@ impl RegionArgs {
         }
     }
 
+    /// Reads the network of `--onnx`.
+    pub fn network(&self) -> Result<Option<Network>, Failure> {
+        let Some(file) = &self.onnx else { return Ok(None) };
+        let told = |e: String| bad("--onnx", file, e);
+        let model = orchard_input::bytes(file, LARGEST_NETWORK).map_err(|e| told(e.to_string()))?;
+        Network::from_bytes(&model).map(Some).map_err(|e| told(e.to_string()))
+    }
+
+    /// Regions that the network of `--onnx` finds in a colour image of the pinhole.
+    pub fn found_by(&self, network: &Network, colour: &Image<[u8; 3]>) -> Result<Vec<Found>, Failure> {
+        let file = self.onnx.as_deref().unwrap_or(Path::new("-"));
+        let found = onnx::boxes(network, colour, self.least_score).map_err(|e| bad("--onnx", file, e))?;
+        let of_image = |region| {
+            let (region, score) = of_file(region);
+            Found { region, score }
+        };
+        Ok(found.into_iter().map(of_image).collect())
+    }
+
     /// Reads the regions of the image, whose files are `images`, or finds them by a network; `None` without the options. They are in the
     /// pinhole's image.
     pub fn read(&self, input: &Input, images: &[&Path]) -> Result<Option<Vec<Found>>, Failure> {
         let (k, lens) = (&input.intrinsics, input.lens.as_ref());
-        if let (Some(file), Some(colour)) = (&self.onnx, &input.colour) {
-            let told = |e: String| bad("--onnx", file, e);
-            let model = orchard_input::bytes(file, LARGEST_NETWORK).map_err(|e| told(e.to_string()))?;
-            let network = Network::from_bytes(&model).map_err(|e| told(e.to_string()))?;
-            let found = onnx::boxes(&network, colour, self.least_score).map_err(told)?;
-            let of_image = |region| {
-                let (region, score) = of_file(region);
-                Found { region, score }
-            };
-            return Ok(Some(found.into_iter().map(of_image).collect()));
+        if let (Some(network), Some(colour)) = (self.network()?, &input.colour) {
+            return self.found_by(&network, colour).map(Some);
         }
         let (option, file, shape) = match (&self.boxes, &self.masks) {
             (Some(file), _) => ("--boxes", file, Shape::Boxes),
