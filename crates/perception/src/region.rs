@@ -44,7 +44,7 @@ pub fn fit_regions(
     Ok(fitted)
 }
 
-/// The same without joining the sizes of the fruit.
+/// Finds fruit, each with the size that its own pixels and the prior give.
 pub(crate) fn fit_each(
     depth: &DepthImage,
     intrinsics: &Intrinsics,

@@ -11,11 +11,11 @@ use orchard_geometry::Intrinsics;
 /// Least share of the precision of the prior that the pixels of a fruit add: with less they tell no radius.
 const LEAST_PRECISION: f64 = 1e-3;
 
-/// What the pixels alone tell about the radius of a fruit.
+/// Estimate of a fruit's radius by its pixels, without the prior.
 struct Told {
     /// Radius without the prior \[m\].
     radius: f64,
-    /// Its variance, as if the fruit were a sphere \[m^2\].
+    /// Variance of the radius of a fruit that is a sphere \[m^2\].
     variance: f64,
 }
 
