@@ -44,6 +44,11 @@ impl FruitLives {
         self.lives.iter().any(|life| life.phase != Phase::Hanging)
     }
 
+    /// True if any fruit is moved by the rigid-body engine.
+    pub fn any_free(&self) -> bool {
+        self.lives.iter().any(|life| life.phase == Phase::Free)
+    }
+
     /// True if all fruit hang, and none counts frames over a limit or has met something that is not told yet.
     pub fn are_calm(&self) -> bool {
         self.lives.iter().all(Life::is_calm)

@@ -113,6 +113,7 @@ impl Lockstep {
             let (lane, Some(last)) = (span.lane(), end.last) else { continue };
             let Some(occupant) = &mut self.lanes[lane] else { continue };
             self.tally.calm += end.calm as u64;
+            self.tally.free_fruit += end.free_fruit as u64;
             let faults = [last.lost, last.unsolved];
             let [lost, unsolved] = [0, 1].map(|k| u64::from(faults[k] - occupant.faults[k]));
             self.tally.contacts_lost += lost;
@@ -212,9 +213,10 @@ impl Lockstep {
 /// End of a world's frames on the device.
 #[derive(Default)]
 struct End {
-    /// Frames taken there, and those of them that were calm.
+    /// Frames taken there, and those of them that were calm, and in which free fruit moved here.
     frames: usize,
     calm: usize,
+    free_fruit: usize,
     /// News after the last of them.
     last: Option<News>,
     /// True if a fruit came off or into the hand, or wood broke.
@@ -290,6 +292,7 @@ fn take_back<S: Span>(batch: &WorldBatch, lanes: &[Option<Occupant>], span: &mut
         let peak_force = f64::from(news.peak_contact_force);
         (end.frames, end.last) = (frame + 1, Some(news));
         impulse_before = f64::from(news.contact_impulse);
+        end.free_fruit += usize::from(world.fruit_lives().any_free());
         if news.is_whole {
             end.is_changed = world.take_back(&command, |model, handle, data| {
                 let set_points = batch.store_driven((lane, frame), model, handle, data);

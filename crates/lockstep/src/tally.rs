@@ -38,6 +38,9 @@ pub struct Tally {
     /// Frames on the device after which only the robot was brought here ([`orchard_world::World::is_behind`]).
     #[serde(default)]
     pub calm: u64,
+    /// Frames on the device beside which fruit off their stem and out of the hand moved here.
+    #[serde(default)]
+    pub free_fruit: u64,
     /// Pairs of colliders, and contact points, for which the device had no room.
     pub contacts_lost: u64,
     /// Contact solves that did not converge on the device.
@@ -63,6 +66,7 @@ impl Tally {
             *self.frames.entry(name.clone()).or_default() += frames;
         }
         self.calm += others.calm;
+        self.free_fruit += others.free_fruit;
         self.contacts_lost += others.contacts_lost;
         self.contacts_unsolved += others.contacts_unsolved;
         self

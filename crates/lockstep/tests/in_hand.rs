@@ -108,7 +108,7 @@ fn a_pick_holds_its_fruit_on_the_device() {
         }
         assert!(in_hand > CARRY / 2, "seed {seed}: held for {in_hand} frames");
         assert!(off_by < 1e-3, "seed {seed}: in the hand it is off by {off_by} m");
-        assert!(together.tally().frames["loose_fruit"] > 5, "seed {seed}: {:?}", together.tally());
+        assert!(together.tally().free_fruit > 5, "seed {seed}: {:?}", together.tally());
         return;
     }
     panic!("no pick held its fruit in f64");

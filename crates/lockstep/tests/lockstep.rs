@@ -6,6 +6,7 @@ mod device;
 use std::sync::Arc;
 
 use device::device;
+use orchard_fruit::Phase;
 use orchard_lockstep::{Lockstep, LockstepError, Span, Turn};
 use orchard_robot::{Command, RobotModel};
 use orchard_spec::{Preset, Spec};
@@ -299,9 +300,9 @@ fn frames_given_together_change_no_bit() {
     assert!(tally.calm > 20 && tally.frames.contains_key("came_off"), "{tally:?}");
 }
 
-/// A fruit that falls takes its world from the device, until it lies still.
+/// A fruit that comes off on the device falls, lands and lies still as in a world stepped alone, and its world stays on the device.
 #[test]
-fn a_world_leaves_the_device_with_a_fruit_and_comes_back() {
+fn a_fruit_falls_as_alone() {
     let mut worlds = worlds_of(Spec::paper(), 1);
     let Some(mut together) = together_of(&worlds, 1) else { return };
     together.enter(&[(0, &worlds[0])]).unwrap();
@@ -316,19 +317,30 @@ fn a_world_leaves_the_device_with_a_fruit_and_comes_back() {
         assert!(pulled < 60, "it hangs on");
     }
     worlds[0].data_mut().point_force_world[point].z = 0.0;
-    let before = together.tally().clone();
-    let mut here = 0;
-    for _ in 0..600 {
+    worlds[0].drain_events();
+    let mut alone = worlds[0].clone();
+    let mut frames = 0;
+    while !matches!(alone.fruit_lives().phase(0), Phase::Asleep(_)) {
         step_all(&mut together, &mut worlds, command);
-        let last =
-            std::mem::replace(&mut here, together.tally().frames.get("loose_fruit").copied().unwrap_or(0));
-        if here > 0 && here == last {
-            break;
-        }
+        alone.step(&command);
+        let [p, expected] = [&worlds[0], &alone].map(|world| world.data().point_p_world[point]);
+        assert!((p - expected).norm() < 1e-4, "frame {frames}: {p} {expected}");
+        frames += 1;
+        assert!(frames < 600, "it rolls on");
     }
-    assert!(here > 10, "{:?}", together.tally());
-    assert!(together.tally().frames["device"] > before.frames["device"], "{:?}", together.tally());
-    assert!(worlds[0].data().point_p_world[point].z < 0.1);
+    let [events, expected] = [&mut worlds[0], &mut alone].map(|world| {
+        let of_fruit = |event: &WorldEvent| match event {
+            WorldEvent::FruitDropped { fruit, frame, .. } | WorldEvent::FruitImpact { fruit, frame, .. } => {
+                Some((*fruit, *frame))
+            }
+            _ => None,
+        };
+        world.drain_events().iter().filter_map(of_fruit).collect::<Vec<_>>()
+    });
+    assert!(!expected.is_empty() && events == expected, "{events:?} {expected:?}");
+    assert!(matches!(worlds[0].fruit_lives().phase(0), Phase::Asleep(_)));
+    assert_eq!(together.tally().share_on_device(), 1.0, "{:?}", together.tally());
+    assert!(together.tally().free_fruit > 30, "{:?}", together.tally());
 }
 
 #[test]

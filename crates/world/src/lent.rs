@@ -9,7 +9,6 @@ use crate::build::Parts;
 use crate::event::Status;
 use crate::groups;
 use crate::state::State;
-use orchard_fruit::Phase;
 use orchard_geometry::{Shape, Vec3, transform};
 use orchard_multibody::{
     BodyId, ColliderId, ContactReport, Data, Model, Owner, SLOW_TURN, forward_kinematics,
@@ -32,8 +31,6 @@ pub enum Stay {
     Stopped,
     /// Broken wood may touch the ground; or wood has broken beside posts or wires.
     Broken,
-    /// A fruit off its stem moves, or may be moved, and is not in the hand.
-    Loose,
     /// The valve of the suction cup is open, or its vacuum is not gone.
     Cup,
     /// The robot may touch the ground, posts or wires, or itself; or a fruit in its hand may touch one of the former, or other fruit.
@@ -46,15 +43,13 @@ pub enum Stay {
 
 impl Stay {
     /// All reasons.
-    pub const ALL: [Self; 7] =
-        [Self::Stopped, Self::Broken, Self::Loose, Self::Cup, Self::Near, Self::Weight, Self::Fast];
+    pub const ALL: [Self; 6] = [Self::Stopped, Self::Broken, Self::Cup, Self::Near, Self::Weight, Self::Fast];
 
     /// Name in results.
     pub fn name(self) -> &'static str {
         match self {
             Self::Stopped => "stopped",
             Self::Broken => "broken_wood",
-            Self::Loose => "loose_fruit",
             Self::Cup => "suction",
             Self::Near => "near_ground_or_itself",
             Self::Weight => "weight_on_arm",
@@ -151,12 +146,6 @@ impl World {
         if !state.is_behind && state.data.fastest_turn() * parts.settings.h > SLOW_TURN {
             return Some(Stay::Fast);
         }
-        if state.fruit.any_off_stem() {
-            state.wake(spec, parts, spec.sim.frame());
-            if (0..parts.fruit.len()).any(|i| state.fruit.phase(i) == Phase::Free) {
-                return Some(Stay::Loose);
-            }
-        }
         let is_open = opens_valve(state.commands.front().unwrap_or(command)) || state.suction.vacuum != 0.0;
         (parts.handle.cup.is_some() && is_open).then_some(Stay::Cup)
     }
@@ -248,8 +237,7 @@ impl World {
             forward_kinematics(&parts.model, &mut state.data);
             state.load.add_frame(impulse, peak_force);
             state.rupture.pass(&parts.tree, &parts.model, &state.data, spec.sim.frame());
-            // The stems have worn already.
-            state.end_substep(parts, 0.0);
+            state.end_lent_motion(spec, parts);
         }
         state.finish(spec, parts, &self.start, command.vacuum);
         self.end_of_frame();

@@ -9,7 +9,7 @@ use crate::load::WoodLoad;
 use crate::sensing::Odometry;
 use crate::suction::{Suction, Under};
 use crate::touch::{FruitTouch, fruit_touches};
-use loose::Loose;
+use loose::{Loose, Within};
 use orchard_fruit::{FruitLives, RestRule, Touch, is_gripped};
 use orchard_geometry::{Pose, Vec3};
 use orchard_multibody::contact::Vicinity;
@@ -189,11 +189,26 @@ impl State {
     }
 
     /// Ends a substep after its motion: stems, which wear by `h` \[s\], sleeping fruit, loose fruit.
-    pub fn end_substep(&mut self, parts: &Parts, h: f64) {
+    fn end_substep(&mut self, parts: &Parts, h: f64) {
+        self.bear(parts, h);
+        self.step_loose(parts);
+    }
+
+    /// Ends the motion of a frame that was lent: stems, which have worn already, sleeping fruit, and loose fruit, which move here beside the robot and through all substeps.
+    pub fn end_lent_motion(&mut self, spec: &Spec, parts: &Parts) {
+        self.bear(parts, 0.0);
+        let of = spec.sim.substeps.get();
+        for substep in 1..of {
+            self.step_loose_within(parts, Within { substep, of, h: parts.settings.h });
+        }
+        self.step_loose(parts);
+    }
+
+    /// Notes the tensions of the stems, which wear by `h` \[s\], and keeps sleeping fruit in their places.
+    fn bear(&mut self, parts: &Parts, h: f64) {
         let Parts { model, handle, .. } = parts;
         let (x_world_base, velocity) = bucket_motion(&self.data, handle);
         self.fruit.end_substep(&parts.fruit, model, &mut self.data, h, &x_world_base, velocity);
-        self.step_loose(parts);
     }
 
     /// `valve`: the commanded opening between pump and cup.

@@ -4,15 +4,19 @@
 //! of the `fruit` crate, until it sleeps; [`orchard_fruit::life`] has the rules. The engine lasts one frame: [`Loose`] is no
 //! part of a world's state.
 
+mod mover;
+
 use super::State;
 use crate::build::Parts;
 use crate::touch::{FruitTouch, Part};
+pub(super) use mover::Within;
+use mover::{Before, Mover};
 use orchard_fruit::{
     Engine, FruitLives, Island, Obstacle, Partner, Phase, Pressing, RestRule, Resting, Shapes, Support,
     Touch, WakeRule, impact_energy,
 };
 use orchard_geometry::{Aabb, Pose, Shape, Vec3, inverse_transform, transform};
-use orchard_multibody::{BodyId, Data, Owner, Twist};
+use orchard_multibody::{BodyId, Data, Owner};
 use orchard_robot::RobotHandle;
 use orchard_spec::Spec;
 
@@ -22,9 +26,8 @@ pub(crate) struct Loose {
     engine: Option<Engine>,
     /// Mover of each obstacle of the engine.
     movers: Vec<Mover>,
-    /// Velocities of the robot's links, in the order of the handle, and of the fruit before the substep.
-    links_before: Vec<(Twist, Vec3)>,
-    fruit_before: Vec<Vec3>,
+    /// Motion before the substep, or before the frame if it was lent.
+    before: Before,
     /// Contacts of loose fruit in the latest substep.
     last: Vec<Pressing>,
     /// Island of each fruit, and the normal force of the fingers on it.
@@ -36,27 +39,6 @@ impl Clone for Loose {
     /// Scratch: worlds are cloned between frames.
     fn clone(&self) -> Self {
         Self::default()
-    }
-}
-
-/// Thing that an obstacle of the engine moves with.
-#[derive(Debug, Clone, Copy)]
-enum Mover {
-    Still,
-    Collider(usize),
-    Fruit(usize),
-}
-
-/// Pose of a collider of the model now.
-fn x_world_shape(parts: &Parts, data: &Data, collider: usize) -> Pose {
-    let collider = &parts.model.colliders()[collider];
-    match collider.owner {
-        Owner::World => collider.x_owner_shape,
-        Owner::Body(body) => data.x_world_body(body) * collider.x_owner_shape,
-        Owner::Point(point) => {
-            let p = data.point_p_world[point.index()];
-            Pose::translation(p.x, p.y, p.z) * collider.x_owner_shape
-        }
     }
 }
 
@@ -114,14 +96,14 @@ impl State {
         }
         let frame_time = spec.sim.frame();
         self.wake(spec, parts, frame_time);
-        if (0..parts.fruit.len()).any(|i| self.fruit.phase(i) == Phase::Free) {
+        if self.fruit.any_free() {
             self.fill_engine(spec, parts, frame_time);
         }
     }
 
     /// Wakes sleeping fruit whose base drives, that an awake fruit or the moving arm can reach within this frame, or that
     /// touches such a one.
-    pub(crate) fn wake(&mut self, spec: &Spec, parts: &Parts, frame_time: f64) {
+    fn wake(&mut self, spec: &Spec, parts: &Parts, frame_time: f64) {
         let State { data, fruit: lives, .. } = self;
         let set = &parts.fruit;
         let rule = WakeRule {
@@ -238,7 +220,7 @@ impl State {
                 }
                 (None, body, _) => {
                     let moves = body.is_some();
-                    let x_world = x_world_shape(parts, data, c);
+                    let x_world = Mover::Collider(c).x_world(parts, data);
                     let obstacle = parts.shapes.obstacle(c, partner, friction, x_world, moves);
                     add(&mut engine, obstacle, if moves { Mover::Collider(c) } else { Mover::Still });
                 }
@@ -247,36 +229,36 @@ impl State {
         loose.engine = Some(engine);
     }
 
-    /// Stores the velocities before a substep of the model, for the energies of impacts.
+    /// Keeps the motion before a substep of the model, or a frame that is lent: for the energies of impacts, and for what
+    /// moves free fruit within the frame.
     pub(crate) fn keep_velocities(&mut self, parts: &Parts) {
-        let State { data, loose, .. } = self;
-        loose.links_before.clear();
-        loose.links_before.extend(
-            parts.handle.bodies.iter().map(|&b| (data.velocity(b), data.x_world_body(b).translation.vector)),
-        );
-        loose.fruit_before.clear();
-        loose.fruit_before.extend(parts.fruit.points.iter().map(|p| data.point_v_world[p.index()]));
+        self.loose.before.keep(parts, &self.data);
     }
 
     /// Stores the velocities of the fruit before a frame, where those of the state are of an earlier one.
     pub(crate) fn keep_fruit_velocities(&mut self, v_world: Vec<Vec3>) {
-        self.loose.fruit_before = v_world;
+        self.loose.before.fruit.iter_mut().zip(v_world).for_each(|((before, _), v)| *before = v);
     }
 
     /// Moves free fruit after a substep of the model, and notes the contacts of every fruit.
     pub(crate) fn step_loose(&mut self, parts: &Parts) {
-        let State { data, fruit: lives, loose, touched, .. } = self;
+        let State { data, fruit: lives, loose, .. } = self;
         loose.last.clear();
         note_model_contacts(parts, &self.report.contacts, data, lives, loose);
+        self.step_engine(parts, |mover, data, _| mover.x_world(parts, data));
+    }
+
+    /// Moves free fruit to the end of a substep within a frame that was lent.
+    pub(crate) fn step_loose_within(&mut self, parts: &Parts, within: Within) {
+        self.loose.last.clear();
+        self.step_engine(parts, |mover, data, before| mover.x_world_within(parts, data, before, within));
+    }
+
+    /// Moves free fruit beside obstacles that have moved to some poses, and notes what fruit touch.
+    fn step_engine(&mut self, parts: &Parts, x_world: impl Fn(Mover, &Data, &Before) -> Pose) {
+        let State { data, fruit: lives, loose, touched, .. } = self;
         if let Some(engine) = &mut loose.engine {
-            engine.step(|k| match loose.movers[k] {
-                Mover::Still => Pose::identity(),
-                Mover::Collider(c) => x_world_shape(parts, data, c),
-                Mover::Fruit(i) => {
-                    let p = data.point_p_world[parts.fruit.points[i].index()];
-                    Pose::translation(p.x, p.y, p.z)
-                }
-            });
+            engine.step(|k| x_world(loose.movers[k], data, &loose.before));
             for (i, p_world, v_world, w_world) in engine.motions() {
                 let point = parts.fruit.points[i].index();
                 data.point_p_world[point] = p_world;
@@ -420,13 +402,8 @@ fn note_model_contacts(
             continue;
         }
         let velocity = |part: Part, collider: usize| match part {
-            Part::Fruit(i) => loose.fruit_before[i],
-            _ => owner_body(parts, collider)
-                .and_then(|body| parts.handle.bodies.iter().position(|&b| b == body))
-                .map_or_else(Vec3::zeros, |k| {
-                    let (twist, origin) = &loose.links_before[k];
-                    twist.linear_at(&(contact.p_world - origin))
-                }),
+            Part::Fruit(i) => loose.before.fruit[i].0,
+            _ => loose.before.v_world(parts, owner_body(parts, collider), &contact.p_world),
         };
         let approach =
             (velocity(b, contact.b.index()) - velocity(a, contact.a.index())).dot(&contact.n_world);
