@@ -26,9 +26,9 @@ fn env(task: Task, backend: Backend, envs: u32) -> TaskEnv {
 }
 
 /// Environments that see depth images.
-fn seeing(backend: Backend, envs: u32) -> TaskEnv {
+fn seeing(scenario: &Scenario, backend: Backend, envs: u32) -> TaskEnv {
     let spaces = Spaces { depth: true, ..Spaces::default() };
-    started(Settings { backend, spaces, ..Settings::of(Task::Reach) }, envs)
+    started_in(scenario, Settings { backend, spaces, ..Settings::of(Task::Reach) }, envs)
 }
 
 fn started(settings: Settings, envs: u32) -> TaskEnv {
@@ -122,34 +122,50 @@ fn measured_trees_move_as_on_the_cpu() {
     }
 }
 
-/// The device draws the images: those of the first worlds, of later steps, and after a reset show what the processor's show, but for pixels at silhouettes.
+/// The device draws the images: those of the first worlds, of later steps, and after a reset show what the processor's show, but for pixels at silhouettes; over level and over uneven ground.
 #[test]
 fn images_are_those_of_the_cpu() {
     if !has_device() {
         return;
     }
-    let (mut here, mut there) = (seeing(Backend::Cpu, 2), seeing(Backend::Gpu, 2));
-    let field = here.interface().policy.observation.iter().position(|field| field.key == "depth").unwrap();
-    let image = |env: &TaskEnv, k: usize| match &env.observation(k)[field] {
-        Values::F32(depth) => depth.clone(),
-        other => panic!("{other:?}"),
-    };
-    let actions = vec![0.3; 2 * here.interface().policy.action.len()];
-    for step in 0..4 {
-        for k in 0..2 {
-            let (a, b) = (image(&here, k), image(&there, k));
-            let differ = a.iter().zip(&b).filter(|(a, b)| (*a - *b).abs() > 1e-4).count();
-            assert!(a.iter().filter(|z| **z > 0.0).count() > 1000, "step {step}: nothing is in view");
-            assert!(1000 * differ <= a.len(), "step {step}, environment {k}: {differ} pixels differ");
-            // Drawn in f32.
-            assert!(a != b, "step {step}, environment {k}: the processor drew both");
-        }
-        for env in [&mut here, &mut there] {
-            env.step(&actions, &[true; 2]).unwrap();
-            if step == 2 {
-                env.reset(&[None; 2], &[false, true]).unwrap();
+    let level = Scenario::of(&[]).unwrap();
+    let mut spec = (**level.spec()).clone();
+    spec.terrain.enabled = true;
+    spec.terrain.amplitude = spec.terrain.amplitude.with_value(0.1).unwrap();
+    for scenario in [level.with_spec(spec), level] {
+        let on = if scenario.spec().terrain.enabled { "uneven ground" } else { "level ground" };
+        let (mut here, mut there) = (seeing(&scenario, Backend::Cpu, 2), seeing(&scenario, Backend::Gpu, 2));
+        let field =
+            here.interface().policy.observation.iter().position(|field| field.key == "depth").unwrap();
+        let image = |env: &TaskEnv, k: usize| match &env.observation(k)[field] {
+            Values::F32(depth) => depth.clone(),
+            other => panic!("{other:?}"),
+        };
+        let actions = vec![0.3; 2 * here.interface().policy.action.len()];
+        for step in 0..4 {
+            for k in 0..2 {
+                let (a, b) = (image(&here, k), image(&there, k));
+                let differ = a.iter().zip(&b).filter(|(a, b)| (*a - *b).abs() > 1e-4).count();
+                assert!(
+                    a.iter().filter(|z| **z > 0.0).count() > 1000,
+                    "{on}, step {step}: nothing is in view"
+                );
+                assert!(
+                    1000 * differ <= a.len(),
+                    "{on}, step {step}, environment {k}: {differ} pixels differ"
+                );
+                // Drawn in f32.
+                assert!(a != b, "{on}, step {step}, environment {k}: the processor drew both");
+            }
+            for env in [&mut here, &mut there] {
+                env.step(&actions, &[true; 2]).unwrap();
+                if step == 2 {
+                    env.reset(&[None; 2], &[false, true]).unwrap();
+                }
             }
         }
+        let tally = there.tally().unwrap();
+        assert!(tally.share_on_device() > 0.99, "{on}: {tally:?}");
     }
 }
 
@@ -254,11 +270,12 @@ fn an_environment_goes_on_with_the_same_bits_from_a_saved_state() {
     if !has_device() {
         return;
     }
-    let mut first = seeing(Backend::Gpu, 2);
+    let level = Scenario::of(&[]).unwrap();
+    let mut first = seeing(&level, Backend::Gpu, 2);
     let actions = vec![0.3; 2 * first.interface().policy.action.len()];
     first.step(&actions, &[true; 2]).unwrap();
     let saved = first.snapshot().unwrap();
-    let mut second = seeing(Backend::Gpu, 2);
+    let mut second = seeing(&level, Backend::Gpu, 2);
     second.restore(&saved).unwrap();
     assert_eq!(first.observation(0), second.observation(0));
     for _ in 0..3 {

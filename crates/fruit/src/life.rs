@@ -303,11 +303,14 @@ impl Life {
         gave_way
     }
 
-    /// True if the fruit hangs, counts no frames over a limit, and has met nothing that is not told yet.
+    /// True if the fruit hangs and counts no frames over a limit, or sleeps on the ground; and if it has met nothing that is not told yet.
     pub fn is_calm(&self) -> bool {
-        self.phase == Phase::Hanging
-            && [self.pull_frames, self.tension_frames] == [0; 2]
-            && self.struck.is_none()
+        let is_quiet = match self.phase {
+            Phase::Hanging => [self.pull_frames, self.tension_frames] == [0; 2],
+            Phase::Asleep(Resting::Ground(_)) => true,
+            Phase::InHand | Phase::Free | Phase::Asleep(Resting::Base(_)) => false,
+        };
+        is_quiet && self.struck.is_none()
     }
 
     /// Takes the fruit off a stem that gave way in this frame: how, and the tension then \[N\].

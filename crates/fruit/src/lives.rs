@@ -49,12 +49,12 @@ impl FruitLives {
         self.lives.iter().any(|life| life.phase == Phase::Free)
     }
 
-    /// True if all fruit hang, and none counts frames over a limit or has met something that is not told yet.
+    /// True if all fruit hang or sleep on the ground, and none counts frames over a limit or has met something that is not told yet.
     pub fn are_calm(&self) -> bool {
         self.lives.iter().all(Life::is_calm)
     }
 
-    /// Ends a frame in which all fruit hung and none came near a limit; `tension` is the largest of their stems' \[N\].
+    /// Ends a frame in which fruit hung or slept on the ground and no stem came near a limit; `tension` is the largest of their stems' \[N\].
     pub fn end_calm_frame(&mut self, tension: f64) {
         (self.frame_peak, self.peak) = (0.0, tension);
     }

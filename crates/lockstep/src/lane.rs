@@ -25,11 +25,6 @@ pub enum LockstepError {
         /// Number of lanes.
         lanes: usize,
     },
-    /// Uneven ground.
-    #[error(
-        "the ground of world {0} is uneven (terrain.enabled); on a graphics device robots stand on level ground"
-    )]
-    Terrain(u32),
     /// The device refused the worlds, or was lost.
     #[error(transparent)]
     Device(#[from] GpuError),
@@ -81,9 +76,6 @@ impl Lockstep {
         let (Some(first), false) = (samples.first(), lanes == 0) else {
             return Err(LockstepError::Empty { samples: samples.len(), lanes });
         };
-        if first.terrain().is_some() {
-            return Err(LockstepError::Terrain(first.index()));
-        }
         let trees: Vec<TreeWorld> = samples.iter().map(tree_of).collect();
         let room = Room::for_trees(&trees, MORE_ROOM)?;
         let batch = WorldBatch::with_lanes(gpu, room, &trees[0], first.robot(), lanes, frames)?;
@@ -200,9 +192,6 @@ impl Lockstep {
 
 impl Occupant {
     fn new(batch: &WorldBatch, world: &World) -> Result<Self, LockstepError> {
-        if world.terrain().is_some() {
-            return Err(LockstepError::Terrain(world.index()));
-        }
         let tree = tree_of(world);
         let fitted = batch.fitted(&tree, &world.x_world_start())?.map(Arc::new);
         let colliders = &world.handle().colliders;

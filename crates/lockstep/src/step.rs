@@ -2,7 +2,7 @@
 
 use orchard_gpu::{Course, GpuError, News, On, Tenant, Wish, WorldBatch};
 use orchard_multibody::ContactReport;
-use orchard_robot::Command;
+use orchard_robot::{Climb, Command};
 use orchard_world::{Calm, Moved, Outlook, Span, World};
 use rayon::prelude::*;
 
@@ -24,6 +24,7 @@ struct Start {
     /// Commands that act in the frames for which the world is lent to the device; none if it is not.
     commands: Vec<Command>,
     wish: Wish,
+    climb: Climb,
     /// True if wood and fruit must catch up before: the world leaves the device, or comes to it anew.
     is_late: bool,
     /// Places of the frames that were computed here.
@@ -65,7 +66,7 @@ impl Lockstep {
         watch.part(&mut self.profile, "exchange");
         let mut courses = vec![Course::default(); self.lanes.len()];
         for (span, start) in spans.iter().zip(&starts) {
-            courses[span.lane()] = Course { commands: &start.commands, wish: start.wish };
+            courses[span.lane()] = Course { commands: &start.commands, wish: start.wish, climb: start.climb };
         }
         self.batch.advance_lanes(&courses)?;
         watch.part(&mut self.profile, "submit");
@@ -253,7 +254,7 @@ fn start_of<S: Span>(lanes: &[Option<Occupant>], most: usize, span: &mut S) -> S
         _ => (0, if is_late { Wish::Last } else { Wish::News }),
     };
     let commands = world.coming(commands).take(lent).copied().collect();
-    Start { place, commands, wish, is_late, here: Vec::new() }
+    Start { place, commands, wish, climb: world.climb(), is_late, here: Vec::new() }
 }
 
 /// Computes up to so many frames of a world here, the first one for a reason that is known; returns the reasons.

@@ -86,6 +86,39 @@ fn a_world_moves_as_alone_until_it_touches_something() {
     }
 }
 
+/// Over ruts and bumps the chassis rises and sinks on the device as alone, by a height that is foreseen for a frame.
+#[test]
+fn a_robot_drives_over_uneven_ground_as_alone() {
+    let mut spec = Spec::paper();
+    spec.terrain.enabled = true;
+    spec.terrain.amplitude = spec.terrain.amplitude.with_value(0.1).unwrap();
+    let mut worlds = worlds_at(2.2, spec, 2);
+    let Some(mut together) = together_of(&worlds, 2) else { return };
+    let mut alone = worlds.clone();
+    for (lane, world) in worlds.iter().enumerate() {
+        together.enter(&[(lane, world)]).unwrap();
+    }
+    let height = |world: &World| world.sense().base_height;
+    let (mut lowest, mut highest) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+    for frame in 0..90 {
+        let mut command = command_at(frame);
+        command.base_velocity = [if frame < 45 { -0.8 } else { 0.3 }, 0.3, 0.4];
+        step_all(&mut together, &mut worlds, command);
+        for (k, (world, alone)) in worlds.iter().zip(&mut alone).enumerate() {
+            alone.step(&command);
+            let [own, expected] = [world, &*alone].map(height);
+            // The base's acceleration, of up to 1 m/s2, is not foreseen.
+            assert!((own - expected).abs() < 3e-4, "world {k}, frame {frame}: {own} m, {expected} m");
+            (lowest[k], highest[k]) = (lowest[k].min(own), highest[k].max(own));
+        }
+    }
+    for (k, (world, alone)) in worlds.iter().zip(&alone).enumerate() {
+        assert!(highest[k] - lowest[k] > 0.01, "world {k}: from {} to {} m", lowest[k], highest[k]);
+        assert!(robot_apart(world, alone) < 2e-5, "world {k}: {}", robot_apart(world, alone));
+    }
+    assert_eq!(together.tally().share_on_device(), 1.0, "{:?}", together.tally());
+}
+
 /// A world has the same bits in any company, in any lane, and with others coming and going beside it.
 #[test]
 fn company_changes_no_bit() {
@@ -341,6 +374,16 @@ fn a_fruit_falls_as_alone() {
     assert!(matches!(worlds[0].fruit_lives().phase(0), Phase::Asleep(_)));
     assert_eq!(together.tally().share_on_device(), 1.0, "{:?}", together.tally());
     assert!(together.tally().free_fruit > 30, "{:?}", together.tally());
+    // Beside a fruit that sleeps on the ground nothing is brought back.
+    for _ in 0..6 {
+        let turn = Turn { lane: 0, world: &mut worlds[0], command, is_whole: false };
+        together.step(&mut [turn]).unwrap();
+        alone.step(&command);
+    }
+    assert_eq!(together.tally().calm, 6, "{:?}", together.tally());
+    assert!(robot_apart(&worlds[0], &alone) < 1e-5);
+    let [p, expected] = [&worlds[0], &alone].map(|world| world.data().point_p_world[point]);
+    assert!((p - expected).norm() < 1e-4, "{p} {expected}");
 }
 
 #[test]

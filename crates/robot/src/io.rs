@@ -48,6 +48,15 @@ impl Observation {
     }
 }
 
+/// Set point of the chassis' height above its rest, in a frame whose ground is known before.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Climb {
+    /// In the last substep \[m\].
+    pub height: f64,
+    /// Rate at which it rises [m/s].
+    pub rate: f64,
+}
+
 /// Command of a controller, valid until its next one.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Command {

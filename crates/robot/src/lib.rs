@@ -55,7 +55,7 @@ pub use finger::{Curve, Finger, FingerLink, Opening, Turn};
 pub use handle::{Bucket, PartGroups, RobotColliders, RobotHandle};
 pub use ik::{IkFailure, IkTarget};
 pub use ik_trial::IkTrial;
-pub use io::{Command, Observation};
+pub use io::{Climb, Command, Observation};
 pub use joint_values::{JointValues, MAX_ARM_DOF, TooManyJoints};
 pub use mesh::MeshFacts;
 pub use model::RobotModel;

@@ -44,6 +44,14 @@ impl Ground {
         self.field.as_deref()
     }
 
+    /// Height of the highest ground within a distance of a point, measured along both axes \[m\].
+    pub fn highest_near(&self, p_world: &Vec3, distance: f64) -> f64 {
+        let Some(field) = &self.field else { return 0.0 };
+        let around =
+            Footprint { centre: [p_world.x, p_world.y], ahead: [1.0, 0.0], half: [distance, distance] };
+        field.highest_under(&around).unwrap_or(0.0)
+    }
+
     /// Ride height of the chassis of a base at a place and heading \[m\]: the height of the
     /// highest ground under it, so that no bump comes through its flat underside.
     pub fn ride_height(&self, x_world_base: &Pose) -> f64 {

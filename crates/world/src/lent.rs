@@ -9,12 +9,12 @@ use crate::build::Parts;
 use crate::event::Status;
 use crate::groups;
 use crate::state::State;
-use orchard_geometry::{Shape, Vec3, transform};
+use orchard_geometry::{Pose, Rotation, Shape, Vec3, transform};
 use orchard_multibody::{
     BodyId, ColliderId, ContactReport, Data, Model, Owner, SLOW_TURN, forward_kinematics,
     forward_kinematics_of,
 };
-use orchard_robot::{Command, RobotHandle, SetPoints};
+use orchard_robot::{Climb, Command, RobotHandle, SetPoints};
 use orchard_spec::Spec;
 use orchard_spec::fault::FaultKind;
 use orchard_treephys::wind::Weather;
@@ -117,7 +117,9 @@ impl World {
         let mut shorter = std::iter::successors(Some(commands.len()), |frames| Some(frames / 2));
         let far = shorter.find(|&frames| frames == 0 || !self.may_meet(frames + 1)).unwrap_or(0);
         let is_far = far > 0;
-        let frames = if is_far { far } else { commands.len() };
+        // Over uneven ground the chassis' height is foreseen for one frame.
+        let most = if self.parts.ground.field().is_some() { 1 } else { commands.len() };
+        let frames = if is_far { far } else { commands.len() }.min(most);
         let stays = stays.or((!is_far && self.may_meet(1)).then_some(Stay::Near));
         let (spec, parts, state) = (&*self.spec, &*self.parts, &self.state);
         let mut coming = (1..).map(|k| state.frame + k).zip(self.coming(&commands[..frames]));
@@ -125,8 +127,31 @@ impl World {
         let is_calm = is_far
             && spec.fault.is_none()
             && state.is_calm()
+            && !state.fruit_may_be_met(spec, parts, frames + 1)
             && !coming.any(|(frame, command)| self.shutter.keeps(frame) || (has_cup && opens_valve(command)));
         Outlook { stays, frames, is_watched: !is_calm }
+    }
+
+    /// Set point of the chassis' height in the next frame, if the base goes on as now; zeros on level ground.
+    pub fn climb(&self) -> Climb {
+        let (spec, parts, data) = (&*self.spec, &*self.parts, &self.state.data);
+        if parts.ground.field().is_none() {
+            return Climb::default();
+        }
+        let twist = data.velocity(parts.handle.base);
+        let x_world_base = parts.handle.x_world_base(data);
+        // From the start of the first substep to that of the last one.
+        let time = spec.sim.frame() - parts.settings.h;
+        let heights = [0.0, time].map(|time| {
+            let way = Pose::translation(twist.linear.x * time, twist.linear.y * time, 0.0);
+            let turn = Rotation::from_scaled_axis(twist.angular * time);
+            let place =
+                Pose::from_parts((way * x_world_base.translation).translation, turn * x_world_base.rotation);
+            parts.ground.ride_height_ahead(&place, &twist.linear, twist.angular.z)
+                - parts.x_world_odom.translation.z
+        });
+        let rate = if time > 0.0 { (heights[1] - heights[0]) / time } else { 0.0 };
+        Climb { height: heights[1], rate }
     }
 
     fn stays(&mut self, command: &Command) -> Option<Stay> {
@@ -163,7 +188,7 @@ impl World {
             (data.point_velocity_world(body, p_world), data.velocity(body).angular)
         };
         // The base carries all of the robot along, and drives over level ground.
-        let is_alone = parts.struts.is_empty();
+        let is_alone = parts.struts.is_empty() && parts.ground.field().is_none();
         let twist_of_ground = |p_world: &Vec3| match is_alone {
             true => twist_at(base, p_world),
             false => (Vec3::zeros(), Vec3::zeros()),
@@ -304,7 +329,14 @@ fn opens_valve(command: &Command) -> bool {
 mod tests;
 
 impl State {
-    /// True if broken wood may touch level ground within some frames, by its height and speed.
+    /// True if within some frames the robot may come near to a fruit off its stem.
+    fn fruit_may_be_met(&self, spec: &Spec, parts: &Parts, frames: usize) -> bool {
+        let time = spec.sim.frame() * frames as f64;
+        let way = |speed: f64| FASTER * speed * time + SLACK * (frames * frames) as f64;
+        self.fruit.any_off_stem() && self.comes_near_fruit(spec, parts, way)
+    }
+
+    /// True if broken wood may touch the ground within some frames, by its height and speed.
     fn debris_may_land(&self, spec: &Spec, parts: &Parts, frames: usize) -> bool {
         if self.rupture.breaks().is_empty() {
             return false;
@@ -322,7 +354,8 @@ impl State {
             [Vec3::zeros(), p_tip].into_iter().any(|p_body| {
                 let p_world = transform(self.data.x_world_body(body), &p_body);
                 let speed = self.data.point_velocity_world(body, &p_world).norm();
-                p_world.z - radius - parts.settings.contact_margin <= way(speed)
+                let way = way(speed) + radius + parts.settings.contact_margin;
+                p_world.z - parts.ground.highest_near(&p_world, way) <= way
             })
         })
     }

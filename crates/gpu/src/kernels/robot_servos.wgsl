@@ -81,7 +81,8 @@ fn drive_servos(remaining: f32) {
         drive_base();
     }
     if robot.height_dof >= 0 {
-        servos[u32(robot.height_dof)] = Servo(robot.height_stiffness, robot.height_damping, 0.0, robot.height_force);
+        let height = command[COMMAND_HEIGHT] - command[COMMAND_CLIMB] * remaining;
+        servos[u32(robot.height_dof)] = Servo(robot.height_stiffness, robot.height_damping, height, robot.height_force);
     }
     for (var joint = 0u; joint < robot.arm_joints; joint++) {
         drive_arm(joint, remaining);

@@ -48,6 +48,10 @@ fields! {
         FINGER_Q = 20,
         /// Largest force of each finger at its pad [N].
         FINGER_FORCE = 21,
+        /// Set point of the chassis height above its rest in the last substep of the frame [m].
+        HEIGHT = 22,
+        /// Its rate [m/s].
+        CLIMB = 23,
         /// Number of fields.
         FIELDS = 24,
     }

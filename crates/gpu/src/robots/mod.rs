@@ -7,7 +7,7 @@ pub(crate) mod table;
 
 use orchard_batch::{Fault, Quarantine, Status};
 use orchard_multibody::{Data, Model};
-use orchard_robot::{Command, RobotHandle, RobotModel};
+use orchard_robot::{Climb, Command, RobotHandle, RobotModel};
 use orchard_spec::sim::SimSpec;
 use rayon::prelude::*;
 
@@ -121,24 +121,24 @@ impl RobotBatch {
     ///
     /// # Errors
     /// As [`Self::command`].
-    pub(crate) fn command_frames(&mut self, given: &[&[Command]]) -> Result<(), GpuError> {
+    pub(crate) fn command_frames(&mut self, given: &[(&[Command], Climb)]) -> Result<(), GpuError> {
         let has = self.alone.handle.arm.len();
         let numbers = |command: &Command| [command.arm_q.len(), command.arm_v.len()];
-        let wrong = |(world, commands): (usize, &&[Command])| {
+        let wrong = |(world, (commands, _)): (usize, &(&[Command], Climb))| {
             let given = commands.iter().flat_map(numbers).find(|&numbers| numbers != has)?;
             Some(BatchError::Joints { world, given, has })
         };
         if let Some(wrong) = given.iter().enumerate().find_map(wrong) {
             return Err(wrong.into());
         }
-        let frames = given.iter().map(|commands| commands.len()).max().unwrap_or(0);
+        let frames = given.iter().map(|(commands, _)| commands.len()).max().unwrap_or(0);
         let each = self.words_of_commands();
         for (frame, all) in self.commands.chunks_mut(each).enumerate().take(frames) {
             let blocks = all.par_chunks_mut(command::FIELDS * LANES).zip(given.par_chunks(LANES));
             blocks.for_each(|(block, given)| {
-                for (lane, commands) in given.iter().enumerate() {
+                for (lane, (commands, climb)) in given.iter().enumerate() {
                     if let Some(command) = commands.get(frame) {
-                        write(block, lane, command);
+                        write(block, lane, command, *climb);
                     }
                 }
             });
@@ -154,7 +154,8 @@ impl RobotBatch {
 
     fn write(&mut self, world: usize, given: &Command) {
         let each = command::FIELDS * LANES;
-        write(&mut self.commands[world / LANES * each..][..each], world % LANES, given);
+        let block = &mut self.commands[world / LANES * each..][..each];
+        write(block, world % LANES, given, Climb::default());
         self.commands_changed = self.commands_changed.max(1);
     }
 
@@ -256,13 +257,15 @@ impl RobotBatch {
 }
 
 /// Writes the command of a world into those of its block.
-fn write(block: &mut [f32], lane: usize, given: &Command) {
+fn write(block: &mut [f32], lane: usize, given: &Command, climb: Climb) {
     for (field, values) in [
         (command::ARM_Q, &given.arm_q[..]),
         (command::ARM_V, &given.arm_v),
         (command::BASE, &given.base_velocity),
         (command::FINGER_Q, &[given.finger_q]),
         (command::FINGER_FORCE, &[given.finger_force]),
+        (command::HEIGHT, &[climb.height]),
+        (command::CLIMB, &[climb.rate]),
     ] {
         for (k, value) in values.iter().enumerate() {
             let largest = value.clamp(-LARGEST_COMMAND, LARGEST_COMMAND);

@@ -77,7 +77,7 @@ impl Grip {
 
     fn advance(&mut self, frames: u32) {
         for _ in 0..frames {
-            self.batch.advance_lanes(&[Course { commands: &[self.command], wish: Wish::News }]).unwrap();
+            self.batch.advance_lanes(&[Course { commands: &[self.command], ..Course::default() }]).unwrap();
             self.batch.fetch().unwrap();
         }
     }

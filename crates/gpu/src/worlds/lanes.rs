@@ -5,7 +5,7 @@ use std::sync::Arc;
 use orchard_batch::{StemMotion, TreeWorld};
 use orchard_geometry::{Pose, Vec3};
 use orchard_multibody::{Data, Model};
-use orchard_robot::{Command, RobotHandle, RobotModel, SetPoints};
+use orchard_robot::{RobotHandle, RobotModel, SetPoints};
 use rayon::prelude::*;
 
 use super::meeting::Meeting;
@@ -177,7 +177,7 @@ impl WorldBatch {
     /// # Panics
     /// There is not one course a lane, one is too long, or the batch has no lanes.
     pub fn advance_lanes(&mut self, courses: &[Course<'_>]) -> Result<(), GpuError> {
-        let commands: Vec<&[Command]> = courses.iter().map(|course| course.commands).collect();
+        let commands: Vec<_> = courses.iter().map(|course| (course.commands, course.climb)).collect();
         self.robots.command_frames(&commands)?;
         let question = |course: &Course<'_>| Question { frames: course.commands.len(), wish: course.wish };
         self.submit(courses.iter().map(question).collect(), true);

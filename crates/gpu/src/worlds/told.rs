@@ -9,7 +9,7 @@ use crate::buffers::{check_limits, create_buffer};
 use crate::clock::Clock;
 use crate::device::{Gpu, GpuError};
 use crate::layout::{QUAD, asked, told, wish};
-use orchard_robot::Command;
+use orchard_robot::{Climb, Command};
 
 /// Bytes of a quad.
 const QUAD_BYTES: usize = 4 * QUAD;
@@ -31,6 +31,8 @@ pub struct Course<'a> {
     pub commands: &'a [Command],
     /// After which of the frames the motion of the tree is read.
     pub wish: Wish,
+    /// Set point of the chassis' height in the first of them; on level ground zeros, in all.
+    pub climb: Climb,
 }
 
 /// Frames of a lane after which the motion of its tree is read.

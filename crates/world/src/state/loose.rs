@@ -235,9 +235,29 @@ impl State {
         self.loose.before.keep(parts, &self.data);
     }
 
-    /// Stores the velocities of the fruit before a frame, where those of the state are of an earlier one.
+    /// Stores the velocities of hanging fruit before a frame, where those of the state are of an earlier one.
     pub(crate) fn keep_fruit_velocities(&mut self, v_world: Vec<Vec3>) {
-        self.loose.before.fruit.iter_mut().zip(v_world).for_each(|((before, _), v)| *before = v);
+        for (i, ((before, _), v)) in self.loose.before.fruit.iter_mut().zip(v_world).enumerate() {
+            if self.fruit.phase(i) == Phase::Hanging {
+                *before = v;
+            }
+        }
+    }
+
+    /// True if a part of the robot that goes a `way` by its speed \[m\] may come so near to a fruit off its stem that it wakes it or can grasp it.
+    pub(crate) fn comes_near_fruit(&self, spec: &Spec, parts: &Parts, way: impl Fn(f64) -> f64) -> bool {
+        let (set, data) = (&parts.fruit, &self.data);
+        let gap = spec.fruit.grasp_range.si().max(spec.sim.loose.touching_gap.si());
+        let off_stem = (0..set.len()).filter(|&i| self.fruit.phase(i) != Phase::Hanging);
+        off_stem.map(|i| (set.fruit[i].radius, data.point_p_world[set.points[i].index()])).any(
+            |(radius, p)| {
+                parts.robot_colliders.iter().any(|&c| {
+                    let Some(body) = owner_body(parts, c) else { return false };
+                    let speed = data.point_velocity_world(body, &p).norm();
+                    is_near(parts, data, c, &p, radius + gap + way(speed))
+                })
+            },
+        )
     }
 
     /// Moves free fruit after a substep of the model, and notes the contacts of every fruit.

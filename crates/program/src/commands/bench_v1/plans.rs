@@ -34,8 +34,6 @@ pub fn plans(args: &Args, scenario: &Scenario) -> Result<Vec<TaskPlan>, Failure>
             TaskName::Harvest => {
                 let backend = args.backend.unwrap_or_default();
                 let extent = extent(args, &harvest, &trees).map_err(Failure::BadInput)?;
-                let extent =
-                    if backend == Backend::Gpu { on_device(args, &harvest, extent)? } else { extent };
                 TaskPlan::Harvest { extent, backend }
             }
             TaskName::Detect => TaskPlan::Detect { trees: trees.clone() },
@@ -90,24 +88,6 @@ fn harvest_on_device(
 #[cfg(not(feature = "gpu"))]
 fn harvest_on_device(_: &Scenario, _: &Extent, _: &Path, _: Way) -> Result<Box<dyn AnyTask>, Failure> {
     Err(Failure::BadInput("--backend gpu: this program was built without the feature `gpu`".to_owned()))
-}
-
-/// The part of the matrix that a graphics device runs: all but uneven ground. Conditions that the user named are not left out, but refused.
-fn on_device(args: &Args, harvest: &Harvest, extent: Extent) -> Result<Extent, Failure> {
-    let is_uneven = |name: &String| {
-        harvest.scenario_of(name).map(|scenario| scenario.spec().terrain.enabled).unwrap_or(false)
-    };
-    let (uneven, level): (Vec<String>, Vec<String>) = extent.conditions.into_iter().partition(is_uneven);
-    let names = uneven.join(", ");
-    if !uneven.is_empty() && (args.run.conditions.is_some() || level.is_empty()) {
-        return Err(Failure::BadInput(format!(
-            "--conditions: {names}: on a graphics device robots stand on level ground (terrain.enabled); run it without --backend gpu"
-        )));
-    }
-    if !uneven.is_empty() {
-        note!("note: conditions {names} are skipped: on a graphics device robots stand on level ground");
-    }
-    Ok(Extent { conditions: level, ..extent })
 }
 
 /// Checks that a task can be run with a scenario; the error gives the reason.
