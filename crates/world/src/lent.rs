@@ -113,9 +113,9 @@ impl World {
     /// There is no command.
     pub fn outlook(&mut self, commands: &[Command]) -> Outlook {
         let stays = self.stays(&commands[0]);
-        // All of them, or the half, and so on; each time with the frame after them, for which the motion would be needed at their end.
-        let mut shorter = std::iter::successors(Some(commands.len()), |frames| Some(frames / 2));
-        let far = shorter.find(|&frames| frames == 0 || !self.may_meet(frames + 1)).unwrap_or(0);
+        // All of them, or the half; each time with the frame after them, for which the motion would be needed at their end. Fewer would be a round of their own each, in which few worlds take as long as many.
+        let shorter = [commands.len(), commands.len().div_ceil(2)];
+        let far = shorter.into_iter().find(|frames| !self.may_meet(frames + 1)).unwrap_or(0);
         let is_far = far > 0;
         // Over uneven ground the chassis' height is foreseen for one frame.
         let most = if self.parts.ground.field().is_some() { 1 } else { commands.len() };
