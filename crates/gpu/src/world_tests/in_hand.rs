@@ -3,7 +3,7 @@
 use orchard_geometry::{inverse_transform, transform};
 
 use super::*;
-use crate::{Course, Fitted, Meeting, Room, Tenant, Wish};
+use crate::{Course, Fitted, Meeting, Room, Tenant};
 
 const FRUIT: usize = 0;
 /// Frames that the fingers have to close, and that the grip has to settle.
