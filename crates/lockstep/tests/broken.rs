@@ -1,10 +1,12 @@
 //! Broken wood on the device against worlds stepped alone.
 
+mod course;
 #[path = "../../gpu/tests/device/mod.rs"]
 mod device;
 
 use std::sync::Arc;
 
+use course::Course;
 use device::device;
 use orchard_lockstep::{Lockstep, Turn};
 use orchard_robot::{Command, RobotModel};
@@ -74,6 +76,34 @@ fn a_broken_limb_swings_as_alone() {
     let ages = [&world, &alone].map(|world| world.rupture().breaks()[0].age);
     assert!((ages[0] - ages[1]).abs() < 1e-9, "{ages:?}");
     assert_eq!(together.tally().share_on_device(), 1.0, "{:?}", together.tally());
+}
+
+/// A broken limb is as old as the frames of its world, not as those of the lanes beside it: what holds it by its age swings as alone while another world takes four frames to its one.
+#[test]
+fn a_broken_limb_ages_by_its_own_frames() {
+    let mut world = world_of(1, |_| ());
+    let Some(gpu) = device() else { return };
+    let mut beside = world_of(2, |_| ());
+    let mut together = Lockstep::new(&gpu, &[world.clone(), beside.clone()], 2, 4).unwrap();
+    let limb = break_limb(&mut world);
+    together.enter(&[(0, &world), (1, &beside)]).unwrap();
+    let (mut alone, command) = (world.clone(), RobotModel::paper().start_command());
+    let dofs = world.model().dofs(world.tree().bodies[limb]);
+    let mut largest = 0.0_f64;
+    for frame in 0..40 {
+        let mut courses = [(0, &mut world, 1), (1, &mut beside, 4)].map(|(lane, world, frames)| {
+            let commands = vec![command; frames];
+            Course { lane, world, commands, taken: 0 }
+        });
+        together.step(&mut courses).unwrap();
+        assert_eq!(courses.map(|course| course.taken), [1, 4]);
+        alone.step(&command);
+        let apart = dofs.clone().map(|dof| (world.data().v[dof] - alone.data().v[dof]).abs());
+        let apart = apart.fold(0.0, f64::max);
+        largest = dofs.clone().map(|dof| alone.data().v[dof].abs()).fold(largest, f64::max);
+        assert!(apart < 0.01 * largest.max(0.1), "frame {frame}: {apart} rad/s of {largest}");
+    }
+    assert!(largest > 0.5, "{largest}");
 }
 
 /// A limb that the robot breaks off keeps its world on the device until it may touch the ground; a world that is put back to its start is whole there again.

@@ -1,13 +1,15 @@
 //! Worlds in lockstep against worlds stepped alone.
 
+mod course;
 #[path = "../../gpu/tests/device/mod.rs"]
 mod device;
 
 use std::sync::Arc;
 
+use course::Course;
 use device::device;
 use orchard_fruit::Phase;
-use orchard_lockstep::{Lockstep, LockstepError, Span, Turn};
+use orchard_lockstep::{Lockstep, LockstepError, Turn};
 use orchard_robot::{Command, RobotModel};
 use orchard_spec::{Preset, Spec};
 use orchard_world::{World, WorldEvent};
@@ -225,33 +227,6 @@ fn calm_frames_leave_the_tree_behind_and_change_nothing() {
     assert!(were_behind > 40 && touched > 20, "{were_behind} {touched}");
     assert_eq!(u64::from(were_behind), lazy.tally().calm, "{:?}", lazy.tally());
     assert_eq!(whole.tally().calm, 0);
-}
-
-/// A world with the commands of some frames, of which some are taken.
-struct Course<'a> {
-    lane: usize,
-    world: &'a mut World,
-    commands: Vec<Command>,
-    taken: usize,
-}
-
-impl Span for Course<'_> {
-    fn lane(&self) -> usize {
-        self.lane
-    }
-
-    fn frames(&mut self) -> (&mut World, &[Command]) {
-        (self.world, &self.commands[self.taken..])
-    }
-
-    fn is_whole(&self) -> bool {
-        false
-    }
-
-    fn after_frame(&mut self) -> bool {
-        self.taken += 1;
-        true
-    }
 }
 
 /// Frames that are given together have the bits of frames that are given one by one, also where the robot touches wood in them; those after a fruit came off are computed here.
