@@ -4,9 +4,12 @@
 #![cfg(unix)]
 
 use std::fs;
+use std::io::ErrorKind;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
+use std::thread;
+use std::time::Duration;
 
 use orchardbench::{Command as RobotCommand, Controller, Observation, Program, Record, custom};
 
@@ -59,8 +62,14 @@ fn small_scenario(folder: &Path) -> PathBuf {
     path
 }
 
+/// Runs a command. A child that another thread has just started may hold the script open for a moment, as it was when it was written.
 fn output(command: &mut Command) -> Output {
-    command.stdin(Stdio::null()).output().unwrap_or_else(|e| panic!("{e}"))
+    loop {
+        match command.stdin(Stdio::null()).output() {
+            Err(e) if e.kind() == ErrorKind::ExecutableFileBusy => thread::sleep(Duration::from_millis(10)),
+            output => return output.unwrap_or_else(|e| panic!("{e}")),
+        }
+    }
 }
 
 fn text(bytes: &[u8]) -> String {
