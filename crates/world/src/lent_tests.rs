@@ -108,7 +108,7 @@ fn take_back_as_in(world: &mut World, other: &World, command: &Command) {
             }
         }
         Moved {
-            set_points: other.set_points().clone(),
+            set_points: *other.set_points(),
             contacts: other.report().contacts.clone(),
             impulse: 0.0,
             peak_force: 0.0,
