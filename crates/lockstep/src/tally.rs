@@ -38,7 +38,7 @@ pub struct Tally {
     /// Frames on the device after which only the robot was brought here ([`orchard_world::World::is_behind`]).
     #[serde(default)]
     pub calm: u64,
-    /// Frames on the device beside which fruit off their stem and out of the hand moved here.
+    /// Frames on the device in which fruit off their stems and out of the hand were moved by the processor.
     #[serde(default)]
     pub free_fruit: u64,
     /// Pairs of colliders, and contact points, for which the device had no room.

@@ -113,13 +113,12 @@ impl World {
     /// There is no command.
     pub fn outlook(&mut self, commands: &[Command]) -> Outlook {
         let stays = self.stays(&commands[0]);
-        // All of them, or the half; each time with the frame after them, for which the motion would be needed at their end. Fewer would be a round of their own each, in which few worlds take as long as many.
-        let shorter = [commands.len(), commands.len().div_ceil(2)];
-        let far = shorter.into_iter().find(|frames| !self.may_meet(frames + 1)).unwrap_or(0);
-        let is_far = far > 0;
         // Over uneven ground the chassis' height is foreseen for one frame.
         let most = if self.parts.ground.field().is_some() { 1 } else { commands.len() };
-        let frames = if is_far { far } else { commands.len() }.min(most);
+        // All of them, or the half; each time with the frame after them, for which the motion would be needed at their end. Fewer would be a round of their own each, in which few worlds take as long as many.
+        let half = (most > 1).then_some(most.div_ceil(2));
+        let far = [Some(most), half].into_iter().flatten().find(|frames| !self.may_meet(frames + 1));
+        let (is_far, frames) = (far.is_some(), far.unwrap_or(most));
         let stays = stays.or((!is_far && self.may_meet(1)).then_some(Stay::Near));
         let (spec, parts, state) = (&*self.spec, &*self.parts, &self.state);
         let mut coming = (1..).map(|k| state.frame + k).zip(self.coming(&commands[..frames]));
@@ -143,10 +142,9 @@ impl World {
         // From the start of the first substep to that of the last one.
         let time = spec.sim.frame() - parts.settings.h;
         let heights = [0.0, time].map(|time| {
-            let way = Pose::translation(twist.linear.x * time, twist.linear.y * time, 0.0);
+            let p_world = x_world_base.translation.vector + twist.linear * time;
             let turn = Rotation::from_scaled_axis(twist.angular * time);
-            let place =
-                Pose::from_parts((way * x_world_base.translation).translation, turn * x_world_base.rotation);
+            let place = Pose::from_parts(p_world.into(), turn * x_world_base.rotation);
             parts.ground.ride_height_ahead(&place, &twist.linear, twist.angular.z)
                 - parts.x_world_odom.translation.z
         });

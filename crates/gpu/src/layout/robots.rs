@@ -50,7 +50,7 @@ fields! {
         FINGER_FORCE = 21,
         /// Set point of the chassis height above its rest in the last substep of the frame [m].
         HEIGHT = 22,
-        /// Its rate [m/s].
+        /// Rate at which that set point rises within the frame [m/s].
         CLIMB = 23,
         /// Number of fields.
         FIELDS = 24,

@@ -31,7 +31,7 @@ pub struct Course<'a> {
     pub commands: &'a [Command],
     /// After which of the frames the motion of the tree is read.
     pub wish: Wish,
-    /// Set point of the chassis' height in the first of them; on level ground zeros, in all.
+    /// Set point of the chassis' height, the same in each of them, so that a world on uneven ground takes one frame; zeros on level ground.
     pub climb: Climb,
 }
 

@@ -79,7 +79,7 @@ impl PresentedTask for OnDevice {
             .map(|(place, frames)| format!("{place} {:.1} %", 100.0 * *frames as f64 / total))
             .collect();
         say!(
-            "motion in f32; frames by the place where they were computed: {}; beside {:.1} % free fruit moved in f64; contacts that the device left out: {}, unsolved: {}",
+            "motion in f32; frames by the place where they were computed: {}; with free fruit, which the processor moves, {:.1} %; contacts that the device left out: {}, unsolved: {}",
             if places.is_empty() { "none".to_owned() } else { places.join(", ") },
             100.0 * tally.free_fruit as f64 / total,
             tally.contacts_lost,

@@ -42,7 +42,7 @@ impl Before {
 }
 
 impl Mover {
-    /// Its pose now.
+    /// Pose of the obstacle now.
     pub fn x_world(self, parts: &Parts, data: &Data) -> Pose {
         match self {
             Self::Still => Pose::identity(),
@@ -51,7 +51,7 @@ impl Mover {
         }
     }
 
-    /// Its pose within a frame that began with a motion and ends with the present one.
+    /// Pose of the obstacle at the end of a substep within a frame, of which `before` is the motion at the start and the present one that at the end.
     pub fn x_world_within(self, parts: &Parts, data: &Data, before: &Before, within: Within) -> Pose {
         match self {
             Self::Still => Pose::identity(),
