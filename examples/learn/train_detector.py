@@ -42,14 +42,14 @@ ZOOM, WORLD = (0.65, 1.6), (0.85, 1.15)
 GREY, BLIND, PASTED, BLURRED, MOVED = 0.1, 0.1, 0.5, 0.5, 0.3
 # Largest moves of colour against depth [px].
 LARGEST_MOVE = 2
-# Pixels of these classes of a data set are background: none and ground.
-BACKGROUND = (0, 5)
+# Pixels of these classes of a data set are background: none and ground. Class of fruit.
+BACKGROUND, FRUIT = (0, 5), 1
 
 
 class Detector(nn.Module):
     """Depth [n, 1, rows, columns] in metres (0: not measured), the focal length [1] in pixels, and if it sees colour the image [n, 3, rows, columns] in sRGB from 0 to 1,
-    to a map [n, 4, rows / 4, columns / 4]: probability that the centre of an apple is in the cell, its place right of and below the cell's centre in cells, and its
-    radius in pixels."""
+    to a map [n, 5, rows / 4, columns / 4]: probability that the centre of an apple is in the cell, its place right of and below the cell's centre in cells, its
+    radius in pixels, and the share of the cell's pixels that show an apple."""
 
     def __init__(self, colour):
         super().__init__()
@@ -65,8 +65,9 @@ class Detector(nn.Module):
         self.sixteenth = nn.Sequential(conv(64, 96, 2), conv(96, 96), conv(96, 96))
         self.to_eighth = nn.Sequential(conv(160, 64, 1, 1), conv(64, 64))
         self.to_quarter = nn.Sequential(conv(96, 48, 1, 1), conv(48, 48))
-        self.head = nn.Conv2d(48, 4, 1)
+        self.head = nn.Conv2d(48, 5, 1)
         nn.init.constant_(self.head.bias[:1], -4.0)
+        nn.init.constant_(self.head.bias[4:], -2.0)
         # Slope and offset that make probabilities of the first output.
         self.calibration = nn.Parameter(torch.tensor([1.0, 0.0]), requires_grad=False)
 
@@ -105,7 +106,7 @@ class Detector(nn.Module):
     def forward(self, depth, focal, colour=None):
         y = self.raw(depth, focal.reshape(-1, 1, 1, 1), colour)
         score = torch.sigmoid(y[:, 0:1] * self.calibration[0] + self.calibration[1])
-        return torch.cat([score, y[:, 1:3], TYPICAL_PX * torch.exp(y[:, 3:4])], 1)
+        return torch.cat([score, y[:, 1:3], TYPICAL_PX * torch.exp(y[:, 3:4]), torch.sigmoid(y[:, 4:])], 1)
 
 
 def step_of(focal, colour):
@@ -121,8 +122,8 @@ def thinned(image, step):
 
 
 def read(folder, colour):
-    """Images of a data set: depth as the network sees it, its focal length, its apples (u, v, radius in pixels, visible share; n, 4), and with colour the image and
-    where it shows background (rows, columns, 4)."""
+    """Images of a data set: depth as the network sees it, its focal length, its apples (u, v, radius in pixels, visible share; n, 4), what is background and what is fruit
+    (rows, columns, 2), and colour or None."""
     folder = pathlib.Path(folder)
     recipe = json.loads((folder / "manifest.json").read_text())["recipe"]
     k = json.loads((folder / "intrinsics.json").read_text())
@@ -138,12 +139,10 @@ def read(folder, colour):
 
     def one(image):
         depth = np.asarray(Image.open(folder / image["depth_file"]), np.float32) * recipe["depth_unit_m"]
-        seen = None
-        if colour:
-            shown = thinned(np.asarray(Image.open(folder / image["file_name"])), step).round().astype(np.uint8)
-            label = np.asarray(Image.open(folder / image["label_file"]))[::step, ::step]
-            seen = np.concatenate([shown, np.isin(label, BACKGROUND)[..., None].astype(np.uint8)], 2)
-        return depth[::step, ::step], focal / step, np.array(fruit[image["id"]], np.float32).reshape(-1, 4), seen
+        label = np.asarray(Image.open(folder / image["label_file"]))[::step, ::step]
+        kinds = np.stack([np.isin(label, BACKGROUND), label == FRUIT], 2).astype(np.uint8)
+        seen = thinned(np.asarray(Image.open(folder / image["file_name"])), step).round().astype(np.uint8) if colour else None
+        return depth[::step, ::step], focal / step, np.array(fruit[image["id"]], np.float32).reshape(-1, 4), kinds, seen
 
     with concurrent.futures.ThreadPoolExecutor() as pool:
         yield from pool.map(one, notes["images"])
@@ -156,15 +155,17 @@ class Images:
         images = [image for folder in folders for image in read(folder, colour)]
         rows, columns = (max(image[0].shape[k] for image in images) for k in (0, 1))
         self.depth = torch.zeros(len(images), rows, columns, dtype=torch.float16, device=device)
-        self.seen = torch.zeros(len(images), rows, columns, 4, dtype=torch.uint8, device=device) if colour else None
+        self.kinds = torch.zeros(len(images), rows, columns, 2, dtype=torch.uint8, device=device)
+        self.seen = torch.zeros(len(images), rows, columns, 3, dtype=torch.uint8, device=device) if colour else None
         self.size = torch.tensor([image[0].shape for image in images], device=device)
         self.focal = torch.tensor([image[1] for image in images], dtype=torch.float32, device=device)
         most = max(len(image[2]) for image in images)
         self.fruit = torch.zeros(len(images), most, 4, device=device)
-        for k, (depth, _, fruit, seen) in enumerate(images):
+        for k, (depth, _, fruit, kinds, seen) in enumerate(images):
             # Half precision keeps a quarter of a millimetre at 0.5 m and a millimetre at 2 m, as the files do.
             self.depth[k, : depth.shape[0], : depth.shape[1]] = torch.from_numpy(depth).to(device).half()
             self.fruit[k, : len(fruit)] = torch.from_numpy(fruit).to(device)
+            self.kinds[k, : depth.shape[0], : depth.shape[1]] = torch.from_numpy(kinds).to(device)
             if colour:
                 self.seen[k, : depth.shape[0], : depth.shape[1]] = torch.from_numpy(seen).to(device)
 
@@ -173,10 +174,10 @@ class Images:
         if self.seen is None:
             return None
         rows, columns = self.size[k].tolist()
-        return self.seen[k, :rows, :columns, :3].permute(2, 0, 1)[None].float() / 255.0
+        return self.seen[k, :rows, :columns].permute(2, 0, 1)[None].float() / 255.0
 
     def crops(self, count, generator):
-        """Random crops with their augmentation: depth, focal length, the apples of which the most visible are kept, and colour or None."""
+        """Random crops with their augmentation: depth, focal length, the apples of which the most visible are kept, where pixels show fruit, and colour or None."""
         device = self.depth.device
 
         def uniform(low, high, *shape):
@@ -195,16 +196,18 @@ class Images:
         inside = ((u >= 0) & (u < size[:, 1:2]))[:, None, :] & ((v >= 0) & (v < size[:, 0:1]))[:, :, None]
         u, v = u.clamp(0, self.depth.shape[2] - 1), v.clamp(0, self.depth.shape[1] - 1)
         depth = self.depth[which[:, None, None], v[:, :, None], u[:, None, :]].float() * inside
+        kinds = self.kinds[which[:, None, None], v[:, :, None], u[:, None, :]].permute(0, 3, 1, 2).float() * inside[:, None]
+        shows = kinds[:, 1]
         colour = None
         if self.seen is not None:
             seen = self.seen[which[:, None, None], v[:, :, None], u[:, None, :]].permute(0, 3, 1, 2).float() * inside[:, None]
-            colour = augmented(seen[:, :3] / 255.0, (seen[:, 3:] > 0) | ~inside[:, None], generator)
+            colour = augmented(seen / 255.0, (kinds[:, :1] > 0) | ~inside[:, None], generator)
         fruit = self.fruit[which].clone()
         fruit[..., :2] = (fruit[..., :2] - start[:, None]) * zoom[:, None, None]
         fruit[..., 2] *= zoom[:, None]
         # Mirrored, with holes, and with noise beyond the camera's own.
         mirrored = torch.rand(count, generator=generator, device=device) < 0.5
-        depth = torch.where(mirrored[:, None, None], depth.flip(2), depth)
+        depth, shows = (torch.where(mirrored[:, None, None], t.flip(2), t) for t in (depth, shows))
         if colour is not None:
             colour = torch.where(mirrored[:, None, None, None], colour.flip(3), colour)
         fruit[..., 0] = torch.where(mirrored[:, None], SIDE - 1 - fruit[..., 0], fruit[..., 0])
@@ -221,7 +224,7 @@ class Images:
         seen = (fruit[..., :2] > -reach[..., None]).all(-1) & (fruit[..., :2] < SIDE + reach[..., None]).all(-1)
         order = torch.argsort((seen & (fruit[..., 3] > 0)).float(), dim=1, descending=True, stable=True)[:, :MOST]
         fruit = torch.gather(fruit * seen[..., None], 1, order[..., None].expand(-1, -1, 4))
-        return depth[:, None], self.focal[which] * zoom, fruit, colour
+        return depth[:, None], self.focal[which] * zoom, fruit, shows, colour
 
 
 def augmented(colour, background, generator):
@@ -291,7 +294,7 @@ def targets(depth, fruit):
     return torch.maximum(heat * (1 - 1e-3), peak), peak, 1 - ignored, index, good
 
 
-def loss_of(network, depth, focal, fruit, colour):
+def loss_of(network, depth, focal, fruit, shows, colour):
     heat, peak, weight, index, good = targets(depth, fruit)
     if colour is not None:
         # Now and then colour alone has to do.
@@ -304,12 +307,14 @@ def loss_of(network, depth, focal, fruit, colour):
     negative = -(1 - heat).pow(4) * p.square() * torch.log(1 - p) * (1 - peak) * weight
     count = peak.sum().clamp(min=1.0)
     cells = SIDE // CELL
-    taken = torch.gather(y[:, 1:].flatten(2), 2, index[:, None, :].expand(-1, 3, -1))
+    taken = torch.gather(y[:, 1:4].flatten(2), 2, index[:, None, :].expand(-1, 3, -1))
     centre = torch.stack([index % cells, index // cells], 1)
     wanted = (fruit[..., :2].transpose(1, 2) + 0.5) / CELL - 0.5 - centre
     place = (taken[:, :2] - wanted).abs().sum(1)
     size = (taken[:, 2] - torch.log(fruit[..., 2].clamp(min=1.0) / TYPICAL_PX)).abs()
-    return (positive.sum() + negative.sum() + ((place + 2.0 * size) * good).sum()) / count
+    share = functional.avg_pool2d(shows[:, None], CELL)[:, 0]
+    surface = functional.binary_cross_entropy_with_logits(y[:, 4], share, reduction="sum") / share.sum().clamp(min=1.0)
+    return (positive.sum() + negative.sum() + ((place + 2.0 * size) * good).sum()) / count + surface
 
 
 @torch.no_grad()

@@ -33,8 +33,18 @@ pub struct PictureStyle {
     pub shadows: ShadowMaps,
     /// Samples a pixel side: 3 draws 9 samples a pixel.
     pub supersampling: usize,
+    /// Lights each object of a pixel once, at its first sample, instead of each sample: faster, and edges stay smooth.
+    pub light_once: bool,
     /// Distance over which haze removes 63 % of the contrast \[m\].
     pub haze_length: f64,
+}
+
+impl PictureStyle {
+    /// A colour image of a camera on a robot, which a detector looks at: four samples a pixel, each object of it lit once, and coarse shadows. Our own choice, for speed.
+    pub fn of_camera() -> Self {
+        let shadows = ShadowMaps { sun: 1024, sky: 128 };
+        Self { supersampling: 2, light_once: true, shadows, ..Self::default() }
+    }
 }
 
 impl Default for PictureStyle {
@@ -45,6 +55,7 @@ impl Default for PictureStyle {
             overcast: 0.0,
             shadows: ShadowMaps::default(),
             supersampling: 3,
+            light_once: false,
             haze_length: 120.0,
         }
     }
@@ -112,18 +123,32 @@ impl<'a> Studio<'a> {
     pub fn picture(&self, intrinsics: &Intrinsics, x_world_camera: &Pose) -> Image<[u8; 3]> {
         let side = self.style.supersampling.max(1);
         let mut view = View::new(self, supersampled(intrinsics, side), x_world_camera);
+        let n = side * side;
+        let mut lit: Vec<(Option<u32>, Vec3)> = Vec::with_capacity(n);
         let pixel = |i: usize| {
-            let (u, v) = (i % intrinsics.width, i / intrinsics.width);
+            let (column, row) = (i % intrinsics.width, i / intrinsics.width);
             if side == 1 {
-                return view.sample(u, v, (0, 1)).map(shown).into();
+                return view.sample(column, row, (0, 1)).map(shown).into();
             }
+            lit.clear();
             let mut sum = Vec3::zeros();
-            for k in 0..side * side {
+            for k in 0..n {
                 // Each sample is mapped to display range first, so that edges of bright objects stay smooth.
-                let (u, v) = (u * side + k % side, v * side + k / side);
-                sum += view.sample(u, v, (k, side * side)).map(display);
+                let (u, v) = (column * side + k % side, row * side + k / side);
+                if !self.style.light_once {
+                    sum += view.sample(u, v, (k, n)).map(displayed);
+                    continue;
+                }
+                let item = view.met[(u, v)].map(|met| met.item);
+                let known = lit.iter().find(|(other, _)| *other == item).map(|(_, light)| *light);
+                sum += known.unwrap_or_else(|| {
+                    // Neighbouring pixels share out the directions of the sky.
+                    let light = view.sample(u, v, ((column + side * row) % n, n)).map(displayed);
+                    lit.push((item, light));
+                    light
+                });
             }
-            let mean = sum / (side * side) as f64;
+            let mean = sum / n as f64;
             [0, 1, 2].map(|k| (255.0 * mean[k]).round() as u8)
         };
         let pixels = (0..intrinsics.width * intrinsics.height).map(pixel).collect();
@@ -251,10 +276,32 @@ impl Rises {
     }
 }
 
+/// [`display`] by a table, to 1e-6: a power a sample would take a quarter of the time of a picture.
+fn displayed(linear: f64) -> f64 {
+    static CURVE: LazyLock<Vec<f64>> = LazyLock::new(|| {
+        let ends = run(CURVE_LIGHTS.0)..=run(CURVE_LIGHTS.1);
+        ends.map(|of| display(f64::from_bits(of << RUN_DIGITS))).collect()
+    });
+    let from = run(linear).wrapping_sub(run(CURVE_LIGHTS.0)) as usize;
+    match CURVE.get(from..from.saturating_add(2)) {
+        Some(&[low, high]) => {
+            let share = (linear.to_bits() & ((1 << RUN_DIGITS) - 1)) as f64 / (1_u64 << RUN_DIGITS) as f64;
+            low + share * (high - low)
+        }
+        _ => display(linear),
+    }
+}
+
+/// Lights from and to which [`displayed`] uses its table: our own choice, most lights of a picture lie between them.
+const CURVE_LIGHTS: (f64, f64) = (1.0 / 1024.0, 64.0);
+
 /// Number of a light's run: lights that share their exponent and eight binary digits.
 fn run(linear: f64) -> u64 {
-    linear.to_bits() >> (f64::MANTISSA_DIGITS - 1 - 8)
+    linear.to_bits() >> RUN_DIGITS
 }
+
+/// Binary digits in which the lights of a run differ.
+const RUN_DIGITS: u32 = f64::MANTISSA_DIGITS - 1 - 8;
 
 /// Maps linear light to an sRGB value, 0 to 255: [`display`] rounded.
 fn shown(linear: f64) -> u8 {
@@ -302,6 +349,17 @@ pub fn look_at(p_world: &Vec3, target_world: &Vec3) -> Pose {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_table_follows_the_display_curve() {
+        for k in -40..400 {
+            let linear = math::exp(0.07 * f64::from(k - 150)) * if k < 0 { -1.0 } else { 1.0 };
+            assert!((displayed(linear) - display(linear)).abs() < 1e-6, "{linear}");
+        }
+        for linear in [0.0, f64::NAN, f64::INFINITY, CURVE_LIGHTS.0, CURVE_LIGHTS.1] {
+            assert_eq!(displayed(linear).to_bits(), display(linear).to_bits(), "{linear}");
+        }
+    }
 
     #[test]
     fn values_found_by_their_rises_are_those_of_the_display_curve() {

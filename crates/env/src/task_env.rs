@@ -245,7 +245,7 @@ impl TaskEnv {
     /// Makes the scenario's controller for the present episode of an environment, with the task's goal if it has one.
     ///
     /// # Errors
-    /// The environment has no episode, the controller takes no goals, or the detector looks at colour.
+    /// The environment has no episode, or the controller takes no goals.
     ///
     /// # Panics
     /// There is no such environment.
@@ -254,10 +254,6 @@ impl TaskEnv {
         if self.slots[env].truth().is_none() {
             return Err(EnvError::NotStarted { env });
         }
-        scenario.check_controllable().map_err(|problem| {
-            let value = scenario.names().scene.detector.clone();
-            SettingError { option: "detector", value, problem }
-        })?;
         let Some(goal) = self.goal(env) else { return Ok(scenario.controller()) };
         scenario.controller_with_goal(&goal).ok_or_else(|| {
             let problem = format!("it takes no goals, which {} needs", self.interface().task.name());

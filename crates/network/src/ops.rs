@@ -5,6 +5,7 @@ mod elementwise;
 mod matmul;
 mod normalise;
 mod pool;
+mod product;
 mod recurrent;
 mod reduce;
 mod resize;

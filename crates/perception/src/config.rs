@@ -297,13 +297,17 @@ impl DetectorConfig {
         ("learned-colour", include_str!("../configs/learned-colour/perception.toml")),
     ];
 
-    /// Returns the detector with the network of a preset in front of its fit. A detector without a score fits as `scored` does.
+    /// Returns the detector with the network of a preset in front of its fit, and with the least score of that preset. A detector without a score fits as `scored` does.
     ///
     /// # Errors
     /// There is no preset of that name.
     pub fn with_network(self, name: &str) -> Result<Self, String> {
         let learned = Self::named(name)?;
-        Ok(if self.score.on { Self { network: learned.network, ..self } } else { learned })
+        if !self.score.on {
+            return Ok(learned);
+        }
+        let score = Score { least: learned.score.least, ..self.score };
+        Ok(Self { network: learned.network, score, ..self })
     }
 
     /// True if the detector has a network that looks at colour.

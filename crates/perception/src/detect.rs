@@ -1,4 +1,4 @@
-//! Detection of fruit in a depth image.
+//! Detection of fruit in a depth image, with or without colour.
 
 use crate::gates::Gate;
 use crate::geometric::{Candidate, Detection, search};
@@ -6,19 +6,34 @@ use crate::learned;
 use crate::{DetectorConfig, PerceptionError, sizes};
 use orchard_geometry::{DepthImage, Image, Intrinsics};
 
-/// Finds fruit in a depth image \[m\]. `mask` is true where a pixel must be ignored (robot, ground) and has the image's size.
+/// An image that a detector looks at. Depth alone is one, too.
+#[derive(Debug, Clone, Copy)]
+pub struct RgbdImage<'a> {
+    /// Depth \[m\].
+    pub depth: &'a DepthImage,
+    /// Colour (sRGB), registered to depth and of its size. Only a network that sees colour looks at it.
+    pub colour: Option<&'a Image<[u8; 3]>>,
+}
+
+impl<'a> From<&'a DepthImage> for RgbdImage<'a> {
+    fn from(depth: &'a DepthImage) -> Self {
+        Self { depth, colour: None }
+    }
+}
+
+/// Finds fruit in an image. `mask` is true where a pixel must be ignored (robot, ground) and has the image's size.
 ///
-/// A pixel that is not a positive finite number, or lies outside the working range, counts as no measurement.
+/// A depth that is not a positive finite number, or lies outside the working range, counts as no measurement.
 ///
 /// # Errors
-/// The image is empty, sizes disagree, the intrinsics are not those of a pinhole camera, or the detector has a network that looks at colour.
-pub fn detect(
-    depth: &DepthImage,
+/// The image is empty, sizes disagree, the intrinsics are not those of a pinhole camera, or the detector has a network that looks at colour, and there is none.
+pub fn detect<'a>(
+    image: impl Into<RgbdImage<'a>>,
     intrinsics: &Intrinsics,
     mask: Option<&Image<bool>>,
     config: &DetectorConfig,
 ) -> Result<Vec<Detection>, PerceptionError> {
-    let found = find((depth, None), intrinsics, mask, config, |refused_by| refused_by.is_none())?;
+    let found = find(image.into(), intrinsics, mask, config, |refused_by| refused_by.is_none())?;
     Ok(found.into_iter().filter(|c| c.refused_by.is_none()).map(|c| c.detection).collect())
 }
 
@@ -26,40 +41,26 @@ pub fn detect(
 ///
 /// # Errors
 /// Those of [`detect`].
-pub fn candidates(
-    depth: &DepthImage,
+pub fn candidates<'a>(
+    image: impl Into<RgbdImage<'a>>,
     intrinsics: &Intrinsics,
     mask: Option<&Image<bool>>,
     config: &DetectorConfig,
 ) -> Result<Vec<Candidate>, PerceptionError> {
-    find((depth, None), intrinsics, mask, config, |_| true)
-}
-
-/// Returns the same as [`candidates`] for an image that may have colour (sRGB), registered to depth and of its size. Only a network that sees colour looks at it.
-///
-/// # Errors
-/// Those of [`detect`]; the network looks at colour, and there is none.
-pub fn candidates_in(
-    depth: &DepthImage,
-    colour: Option<&Image<[u8; 3]>>,
-    intrinsics: &Intrinsics,
-    mask: Option<&Image<bool>>,
-    config: &DetectorConfig,
-) -> Result<Vec<Candidate>, PerceptionError> {
-    find((depth, colour), intrinsics, mask, config, |_| true)
+    find(image.into(), intrinsics, mask, config, |_| true)
 }
 
 /// Returns the spheres that `wanted` takes by the gate that refused them: of places that a network finds, or of a search.
 fn find(
-    (depth, colour): (&DepthImage, Option<&Image<[u8; 3]>>),
+    image: RgbdImage<'_>,
     intrinsics: &Intrinsics,
     mask: Option<&Image<bool>>,
     config: &DetectorConfig,
     wanted: impl Fn(Option<Gate>) -> bool,
 ) -> Result<Vec<Candidate>, PerceptionError> {
     let mut found = match &config.network {
-        Some(figures) => learned::find((depth, colour), intrinsics, mask, config, figures)?,
-        None => search(depth, intrinsics, mask, config, wanted)?,
+        Some(figures) => learned::find(image, intrinsics, mask, config, figures)?,
+        None => search(image.depth, intrinsics, mask, config, wanted)?,
     };
     // The radius by a disc is not that of the fit, whose deviation is known.
     let by_disc = config.network.as_ref().is_some_and(|figures| figures.disc.is_some());

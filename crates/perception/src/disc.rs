@@ -26,7 +26,8 @@ pub(crate) struct Disc {
 }
 
 /// Returns the sphere behind a disc. Its centre is on the ray of the disc's, its radius that of the disc and of the prior together. Its depth is the mean of two: of the median of
-/// the depths of the centre that the pixels of the disc tell, with standard deviation `deviation` \[m\], and of the fit's, if there is one, with that of the noise.
+/// the depths of the centre that the region's pixels of the disc tell, with standard deviation `deviation` \[m\], and of the fit's, with that of the noise. A fit that is farther from the
+/// first than a radius is of something else and does not count.
 /// `None` if too little of it is measured.
 pub(crate) fn sphere(
     depth: &DepthImage,
@@ -61,7 +62,8 @@ pub(crate) fn sphere(
         }
         let middle = depths.len() / 2;
         z = *depths.select_nth_unstable_by(middle, f64::total_cmp).1;
-        if let Some(fit) = fit {
+        let of_it = |fit: &&Candidate| (fit.detection.p_camera.z - z).abs() <= radius;
+        if let Some(fit) = fit.filter(of_it) {
             let (own, of_fit) = (precision(deviation), precision(noise.deviation(z)));
             z = (z * own + fit.detection.p_camera.z * of_fit) / (own + of_fit);
         }

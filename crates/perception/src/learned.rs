@@ -1,13 +1,14 @@
 //! Fruit by a network: it says where in the image a fruit is, and the fit says how far and how large.
 
 use crate::config::Network as Figures;
+use crate::detect::RgbdImage;
 use crate::disc::{self, Disc};
 use crate::geometric::{Candidate, without_duplicates};
-use crate::onnx::{self, CELL, FIELDS, MULTIPLE};
+use crate::onnx::{self, CELL, FIELDS, FIELDS_WITH_SHARE, MULTIPLE};
 use crate::region::{Region, fit_each};
 use crate::sphere::Sphere;
 use crate::{DetectorConfig, Gate, PerceptionError};
-use orchard_geometry::{DepthImage, Image, Intrinsics};
+use orchard_geometry::{Image, Intrinsics};
 use orchard_network::Network;
 
 /// A place of the image where the network sees a fruit.
@@ -23,12 +24,13 @@ struct Peak {
 
 /// Finds fruit in an image of depth, and of colour if the network sees it; the fit and its gates are those of a region that another detector has found ([`crate::fit_regions`]).
 pub(crate) fn find(
-    (depth, colour): (&DepthImage, Option<&Image<[u8; 3]>>),
+    image: RgbdImage<'_>,
     intrinsics: &Intrinsics,
     mask: Option<&Image<bool>>,
     config: &DetectorConfig,
     figures: &Figures,
 ) -> Result<Vec<Candidate>, PerceptionError> {
+    let RgbdImage { depth, colour } = image;
     crate::cloud::check(depth, intrinsics, mask)?;
     let unread =
         || PerceptionError::Network(format!("is not read: {}", figures.onnx.file().unwrap_or_default()));
@@ -45,10 +47,10 @@ pub(crate) fn find(
     if figures.onnx.sees_colour() && colour.is_none() {
         return Err(PerceptionError::NoColour);
     }
-    let peaks = peaks(network, (depth, colour), intrinsics, mask, figures)?;
+    let (peaks, shares) = places(network, image, intrinsics, mask, figures)?;
     let size = (depth.width(), depth.height());
-    let (seen, regions): (Vec<Peak>, Vec<Region>) =
-        peaks.into_iter().filter_map(|peak| Some((peak, peak.region(size)?))).unzip();
+    let region = |peak: Peak| Some((peak, peak.region(size, shares.as_ref())?));
+    let (seen, regions): (Vec<Peak>, Vec<Region>) = peaks.into_iter().filter_map(region).unzip();
     let fitted = fit_each(depth, intrinsics, mask, &regions, config)?;
     let fitted = match &figures.disc {
         None => fitted,
@@ -82,8 +84,8 @@ pub(crate) fn find(
 }
 
 impl Peak {
-    /// The square around its disc, in an image of a size; `None` if it lies outside.
-    fn region(&self, (width, height): (usize, usize)) -> Option<Region> {
+    /// The square around its disc, in an image of a size, of which the pixels that show fruit count; `None` if it lies outside.
+    fn region(&self, (width, height): (usize, usize), shares: Option<&Shares>) -> Option<Region> {
         let span = |center: f64, size: usize| {
             let first = (center - self.radius).round().max(0.0);
             // A float-to-integer cast saturates, and makes 0 of NaN.
@@ -92,22 +94,59 @@ impl Peak {
         };
         let (columns, rows) = (span(self.center.0, width), span(self.center.1, height));
         let inside = (columns.1.checked_sub(columns.0)?, rows.1.checked_sub(rows.0)?);
-        (inside.0 > 0 && inside.1 > 0).then(|| Region {
-            left: columns.0,
-            top: rows.0,
-            inside: Image::filled(inside.0, inside.1, true),
+        (inside.0 > 0 && inside.1 > 0).then(|| {
+            let mut region =
+                Region { left: columns.0, top: rows.0, inside: Image::filled(inside.0, inside.1, true) };
+            if let Some(shares) = shares {
+                for v in 0..inside.1 {
+                    for u in 0..inside.0 {
+                        region.inside[(u, v)] = shares.at(columns.0 + u, rows.0 + v) >= HALF;
+                    }
+                }
+            }
+            region
         })
     }
 }
 
-/// Places where the network sees a fruit, in the order of the image's rows: cells with a larger probability than their neighbours.
-fn peaks(
+/// A pixel shows fruit if at least this share of its surroundings does.
+const HALF: f32 = 0.5;
+
+/// Share of the pixels around a place that show fruit, as the network sees it.
+struct Shares {
+    /// Cells, row by row.
+    cells: Vec<f32>,
+    columns: usize,
+    rows: usize,
+    /// Pixels of the image from cell to cell.
+    spacing: f32,
+}
+
+impl Shares {
+    /// The share at a pixel, linear between the centres of cells.
+    fn at(&self, u: usize, v: usize) -> f32 {
+        let place = |pixel: usize, count: usize| {
+            let at = ((pixel as f32 + 0.5) / self.spacing - 0.5).clamp(0.0, (count - 1) as f32);
+            let low = at as usize;
+            (low, (low + 1).min(count - 1), at - low as f32)
+        };
+        let ((left, right, across), (top, bottom, down)) = (place(u, self.columns), place(v, self.rows));
+        let row = |row: usize| {
+            let cells = &self.cells[row * self.columns..];
+            cells[left] + across * (cells[right] - cells[left])
+        };
+        row(top) + down * (row(bottom) - row(top))
+    }
+}
+
+/// Places where the network sees a fruit, in the order of the image's rows: cells with a larger probability than their neighbours. And where pixels show fruit, if the network tells.
+fn places(
     network: &Network,
-    (depth, colour): (&DepthImage, Option<&Image<[u8; 3]>>),
+    RgbdImage { depth, colour }: RgbdImage<'_>,
     intrinsics: &Intrinsics,
     mask: Option<&Image<bool>>,
     figures: &Figures,
-) -> Result<Vec<Peak>, PerceptionError> {
+) -> Result<(Vec<Peak>, Option<Shares>), PerceptionError> {
     let focal = (intrinsics.fx * intrinsics.fy).sqrt();
     // Every so many columns and rows are looked at.
     let step = ((focal / figures.focal.si()) as usize).clamp(1, depth.width().max(depth.height()));
@@ -133,10 +172,13 @@ fn peaks(
     let map = map.as_f32().unwrap_or_default();
     let (columns, rows) = (width / CELL, height / CELL);
     let (cells, least) = (columns * rows, figures.least.si());
-    if map.len() != FIELDS * cells {
+    if map.len() != FIELDS * cells && map.len() != FIELDS_WITH_SHARE * cells {
         let problem = format!("gives {} numbers for {cells} cells of {FIELDS}", map.len());
         return Err(PerceptionError::Network(problem));
     }
+    let spacing = (step * CELL) as f32;
+    let shares = map.get(FIELDS * cells..FIELDS_WITH_SHARE * cells);
+    let shares = shares.map(|cells| Shares { cells: cells.to_vec(), columns, rows, spacing });
     let mut peaks = Vec::new();
     for row in 0..rows {
         for column in 0..columns {
@@ -162,7 +204,7 @@ fn peaks(
             });
         }
     }
-    Ok(peaks)
+    Ok((peaks, shares))
 }
 
 /// Mean colour of each block of `step` x `step` pixels, from 0 to 1: red, then green, then blue, each row by row, with 0 beyond the image.
@@ -191,7 +233,7 @@ fn means(colour: &Image<[u8; 3]>, step: usize, (width, height): (usize, usize)) 
 mod tests {
     use super::*;
     use crate::{Detection, detect};
-    use orchard_geometry::Vec3;
+    use orchard_geometry::{DepthImage, Vec3};
 
     const K: Intrinsics = Intrinsics { width: 160, height: 120, fx: 150.0, fy: 150.0, cx: 79.5, cy: 59.5 };
 
@@ -269,7 +311,7 @@ mod tests {
                 *shown = [150, 30, 35];
             }
         }
-        let found = |colour| crate::candidates_in(&depth, colour, &K, None, &config);
+        let found = |colour| crate::candidates(RgbdImage { depth: &depth, colour }, &K, None, &config);
         let candidates = found(Some(&colour)).unwrap();
         let accepted: Vec<_> = candidates.iter().filter(|c| c.refused_by.is_none()).collect();
         assert_eq!(accepted.len(), 1, "{candidates:?}");
@@ -294,6 +336,23 @@ mod tests {
         colour[(0, 0)] = [255, 0, 51];
         colour[(2, 1)] = [0, 255, 0];
         assert_eq!(means(&colour, 2, (2, 2)), [0.25, 0.0, 0.0, 0.0, 0.0, 0.5, 0.0, 0.0, 0.05, 0.0, 0.0, 0.0]);
+    }
+
+    /// Shares are those of the cells at their centres, linear between them, and constant beyond the outermost.
+    #[test]
+    fn shares_are_linear_between_cells() {
+        let shares = Shares { cells: vec![0.0, 1.0, 0.5, 0.5], columns: 2, rows: 2, spacing: 3.0 };
+        let at = [(1, 1), (4, 1), (2, 1), (1, 4), (0, 0), (5, 0), (1, 2)].map(|(u, v)| shares.at(u, v));
+        let expected = [0.0, 1.0, 1.0 / 3.0, 0.5, 0.0, 1.0, 0.5 / 3.0];
+        assert!(at.iter().zip(expected).all(|(at, expected)| (at - expected).abs() < 1e-6), "{at:?}");
+        let peak = Peak { score: 1.0, center: (2.5, 1.0), radius: 2.0 };
+        let region = peak.region((6, 6), Some(&shares)).unwrap();
+        assert_eq!((region.left, region.top, region.inside.width()), (1, 0, 5));
+        assert_eq!(
+            (0..5).map(|u| region.inside[(u, 1)]).collect::<Vec<_>>(),
+            [false, false, true, true, true]
+        );
+        assert!(peak.region((6, 6), None).unwrap().inside.pixels().iter().all(|inside| *inside));
     }
 
     #[test]

@@ -29,7 +29,7 @@ mod track;
 mod votes;
 
 pub use config::DetectorConfig;
-pub use detect::{candidates, candidates_in, detect};
+pub use detect::{RgbdImage, candidates, detect};
 pub use error::PerceptionError;
 pub use evidence::Evidence;
 pub use gates::Gate;

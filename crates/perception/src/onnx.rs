@@ -11,8 +11,9 @@ use serde::{Deserialize, Serialize};
 pub(crate) const CELL: usize = 4;
 /// Rows and columns of a network's input are multiples of this.
 pub(crate) const MULTIPLE: usize = 16;
-/// Numbers of a cell.
+/// Numbers of a cell, and their count if the last one is the share of the cell that shows fruit.
 pub(crate) const FIELDS: usize = 4;
+pub(crate) const FIELDS_WITH_SHARE: usize = FIELDS + 1;
 /// Channels of colour.
 const CHANNELS: usize = 3;
 /// Networks that come with the crate, which `examples/learn/train_detector.py` has trained: the first one sees depth only, the second one colour as well.
@@ -27,7 +28,7 @@ const BYTES: &str = "base64:";
 ///
 /// It takes depth `[1, 1, rows, columns]` \[m\], 0 where nothing is measured; the focal length `[1]` \[px\]; and, if it sees colour, the image
 /// `[1, 3, rows, columns]`, sRGB from 0 to 1. It gives a map `[1, 4, rows / 4, columns / 4]`: probability that the centre of a fruit is in the cell, its place right of
-/// and below the centre of the cell \[cells\], and its radius \[px\].
+/// and below the centre of the cell \[cells\], and its radius \[px\]. A fifth number may be the share of the cell's pixels that show fruit.
 #[derive(Clone, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct Onnx(Source);
@@ -124,11 +125,12 @@ fn check(network: &Network) -> Result<(), String> {
     let (rows, columns) = (2 * MULTIPLE, 3 * MULTIPLE);
     let given = run(network, (rows, columns), |channels| vec![0.5; channels * rows * columns], 400.0)?;
     let wanted = [1, FIELDS, rows / CELL, columns / CELL];
-    if given.shape() == wanted && given.as_f32().is_some() {
+    let with_share = [1, FIELDS_WITH_SHARE, wanted[2], wanted[3]];
+    if (given.shape() == wanted || given.shape() == with_share) && given.as_f32().is_some() {
         return Ok(());
     }
     Err(format!(
-        "its map of {rows} x {columns} pixels has shape {:?}; it must be {wanted:?} in 32 bits",
+        "its map of {rows} x {columns} pixels has shape {:?}; it must be {wanted:?} or {with_share:?} in 32 bits",
         given.shape()
     ))
 }
@@ -219,7 +221,7 @@ mod tests {
         let onnx = Onnx::try_from("learned-colour/detector.onnx".to_owned()).unwrap();
         assert!(onnx.sees_colour() && !Onnx::default().sees_colour());
         let map = run(onnx.network().unwrap(), (rows, columns), image, 180.0).unwrap();
-        assert_eq!(map.shape(), [1, FIELDS, rows / CELL, columns / CELL]);
+        assert_eq!(map.shape(), [1, FIELDS_WITH_SHARE, rows / CELL, columns / CELL]);
         let expected = include_str!("../tests/learned_colour_map.txt").split_whitespace();
         let expected: Vec<f32> = expected.map(|x| x.parse().unwrap()).collect();
         let map = map.as_f32().unwrap();

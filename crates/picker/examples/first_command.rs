@@ -21,6 +21,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         base_height: 0.0,
         base_velocity: [0.0; 3],
         depth: Some(DepthImage::filled(192, 144, 0.0)),
+        colour: None,
         depth_time: 0.0,
         intrinsics,
         pictures: None,

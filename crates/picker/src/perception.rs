@@ -4,7 +4,7 @@ use crate::config::{BeliefConfig, CloudConfig, PickerConfig};
 use crate::record::ImageReport;
 use crate::robot_state::RobotState;
 use orchard_geometry::{DepthImage, Image, Intrinsics, Pose, Shape, Vec3, inverse_transform, transform};
-use orchard_perception::{DetectorConfig, Sighting, Tracker, detect, mask};
+use orchard_perception::{DetectorConfig, RgbdImage, Sighting, Tracker, detect, mask};
 use orchard_robot::ArmKinematics;
 use std::collections::VecDeque;
 
@@ -87,14 +87,15 @@ impl Perception {
         }
     }
 
-    /// Processes a depth image and returns a report of its detections. `robot` is the robot's state when the image was taken.
+    /// Processes an image and returns a report of its detections. `robot` is the robot's state when the image was taken.
     pub fn see(
         &mut self,
-        depth: &DepthImage,
+        image: RgbdImage<'_>,
         intrinsics: &Intrinsics,
         robot: &RobotState,
         arm: &ArmKinematics,
     ) -> ImageReport {
+        let depth = image.depth;
         self.images = self.images.wrapping_add(1);
         let x_base_camera = arm.camera(&robot.q);
         let x_odom_camera = robot.x_odom_base * x_base_camera;
@@ -112,7 +113,7 @@ impl Perception {
         mask::add(&mut ignored, &ground);
 
         // An image that the detector refuses has no detections.
-        let detections = detect(depth, intrinsics, Some(&ignored), &self.detector).unwrap_or_default();
+        let detections = detect(image, intrinsics, Some(&ignored), &self.detector).unwrap_or_default();
         self.sightings = detections
             .iter()
             .map(|d| Sighting { p_odom: transform(&x_odom_camera, &d.p_camera), radius: d.radius })

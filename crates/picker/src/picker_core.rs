@@ -14,7 +14,7 @@ use crate::task::AssignedTask;
 use crate::walls::Walls;
 use crate::watch::Watch;
 use orchard_geometry::{DepthImage, Intrinsics, Pose, Vec3, inverse_transform};
-use orchard_perception::DetectorConfig;
+use orchard_perception::{DetectorConfig, RgbdImage};
 use orchard_robot::{ArmKinematics, Command, JointValues, JointVector, Observation, RobotModel, Wrench};
 
 /// Sensing, belief and set points of a picker; its state machine makes the decisions.
@@ -135,7 +135,8 @@ impl PickerCore {
             && let Some(then) = self.placed(depth, observation.depth_time)
         {
             let then = &then;
-            let report = self.perception.see(depth, &observation.intrinsics, then, &self.arm);
+            let image = RgbdImage { depth, colour: observation.colour.as_deref() };
+            let report = self.perception.see(image, &observation.intrinsics, then, &self.arm);
             self.record.images.push(report);
             self.fresh_image = (then.q - robot.q).amax() <= self.config.arm.arrived.si();
             self.imaged = Some((then.clone(), observation.intrinsics));

@@ -2,7 +2,7 @@
 
 use orchard_camera::picture::{PictureStyle, ShadowMaps, depth_picture_enlarged, picture};
 use orchard_geometry::{Image, Intrinsics, Vec3, inverse_transform, transform};
-use orchard_perception::{DetectorConfig, detect};
+use orchard_perception::{DetectorConfig, RgbdImage, detect};
 use orchard_world::World;
 use serde::Serialize;
 
@@ -15,7 +15,8 @@ const ROWS: usize = 144;
 pub fn seen(world: &World, detector: &DetectorConfig) -> Vec<Seen> {
     let Some(truth) = world.camera_truth() else { return Vec::new() };
     let intrinsics = world.sense().intrinsics;
-    let found = detect(truth.measured(), &intrinsics, None, detector).unwrap_or_default();
+    let image = RgbdImage { depth: truth.measured(), colour: truth.colour.as_deref() };
+    let found = detect(image, &intrinsics, None, detector).unwrap_or_default();
     let seen = found.into_iter().map(|found| Seen {
         p_world: transform(&truth.sight.x_world_camera, &found.p_camera),
         radius: found.radius,

@@ -2,7 +2,7 @@
 
 use crate::joint_values::JointValues;
 use crate::pictures::Pictures;
-use orchard_geometry::{DepthImage, Intrinsics, Pose, Rotation, Vec3};
+use orchard_geometry::{DepthImage, Image, Intrinsics, Pose, Rotation, Vec3};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -31,6 +31,8 @@ pub struct Observation {
     pub base_velocity: [f64; 3],
     /// Depth image \[m\], in frames in which the camera delivers one.
     pub depth: Option<DepthImage>,
+    /// Colour (sRGB) that the camera took with the depth image, registered to it and of its size, if the controller's detector looks at colour.
+    pub colour: Option<Arc<Image<[u8; 3]>>>,
     /// Time at which the image was taken, on the clock of `time` \[s\]; meaningless without an image.
     pub depth_time: f64,
     /// Intrinsics of the depth image.

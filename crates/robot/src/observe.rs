@@ -41,6 +41,7 @@ pub fn observe(
         base_height: handle.height.map_or(0.0, q),
         base_velocity: handle.base_joint.velocity(model, data),
         depth: None,
+        colour: None,
         depth_time: time,
         intrinsics,
         pictures: None,

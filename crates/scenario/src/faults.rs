@@ -6,7 +6,7 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use orchard_geometry::{DepthImage, math};
+use orchard_geometry::{DepthImage, Image, math};
 use orchard_picker::{Controller, Event, Record};
 use orchard_robot::{Command, Observation, RobotModel};
 use orchard_spec::fault::{FaultKind, FaultSpec};
@@ -17,14 +17,42 @@ pub(crate) struct Faulty {
     robot: Arc<RobotModel>,
     fault: FaultSpec,
     /// Last image before a camera froze.
-    image: Option<DepthImage>,
+    image: Option<Shot>,
     /// Images that come late, with the times at which they were taken \[s\].
-    late: VecDeque<(DepthImage, f64)>,
+    late: VecDeque<(Shot, f64)>,
     /// True while the fingers stand open, where they can stick.
     open: bool,
     /// Number of events of the controller that have been read, and the time until which the fingers lose a fruit \[s\].
     events: usize,
     open_until: f64,
+}
+
+/// What the camera took: depth, and colour if it takes colour.
+#[derive(Clone)]
+struct Shot {
+    depth: DepthImage,
+    colour: Option<Arc<Image<[u8; 3]>>>,
+}
+
+impl Shot {
+    /// Takes the image out of an observation.
+    fn taken_from(seen: &mut Observation) -> Option<Self> {
+        let colour = seen.colour.take();
+        Some(Self { depth: seen.depth.take()?, colour })
+    }
+
+    /// Puts an image into an observation that has none.
+    fn shown_in(shot: Option<Self>, seen: &mut Observation) {
+        (seen.depth, seen.colour) = shot.map_or((None, None), |shot| (Some(shot.depth), shot.colour));
+    }
+
+    /// An image of the same size without a measurement, and black.
+    fn blank(self) -> Self {
+        let black =
+            |image: Arc<Image<[u8; 3]>>| Arc::new(Image::filled(image.width(), image.height(), [0; 3]));
+        let depth = DepthImage::filled(self.depth.width(), self.depth.height(), f32::NAN);
+        Self { depth, colour: self.colour.map(black) }
+    }
 }
 
 impl Faulty {
@@ -57,25 +85,31 @@ impl Faulty {
         let mut seen = seen.clone();
         let (lasts, fault) = (self.fault.lasts(seen.time), &self.fault);
         match fault.kind {
-            FaultKind::CameraDead if lasts => seen.depth = None,
+            FaultKind::CameraDead if lasts => Shot::shown_in(None, &mut seen),
             FaultKind::CameraFrozen if lasts => {
-                seen.depth = seen.depth.and_then(|_| self.image.clone());
+                let frozen = Shot::taken_from(&mut seen).and_then(|_| self.image.clone());
+                Shot::shown_in(frozen, &mut seen);
             }
-            FaultKind::CameraFrozen => self.image = seen.depth.clone().or(self.image.take()),
+            FaultKind::CameraFrozen => {
+                let shot = Shot::taken_from(&mut seen);
+                Shot::shown_in(shot.clone(), &mut seen);
+                self.image = shot.or(self.image.take());
+            }
             FaultKind::CameraLate => {
-                if lasts && let Some(depth) = seen.depth.take() {
-                    self.late.push_back((depth, seen.depth_time));
+                if lasts && let Some(shot) = Shot::taken_from(&mut seen) {
+                    self.late.push_back((shot, seen.depth_time));
                 }
                 if let Some((_, taken)) = self.late.front()
                     && seen.time >= taken + fault.delay.si()
-                    && let Some((depth, taken)) = self.late.pop_front()
+                    && let Some((shot, taken)) = self.late.pop_front()
                 {
-                    (seen.depth, seen.depth_time) = (Some(depth), taken);
+                    Shot::shown_in(Some(shot), &mut seen);
+                    seen.depth_time = taken;
                 }
             }
             FaultKind::CameraBlank if lasts => {
-                let blank = |depth: DepthImage| DepthImage::filled(depth.width(), depth.height(), f32::NAN);
-                seen.depth = seen.depth.map(blank);
+                let blank = Shot::taken_from(&mut seen).map(Shot::blank);
+                Shot::shown_in(blank, &mut seen);
             }
             FaultKind::OdometryJump if seen.time >= fault.from.si() => {
                 let (sin, cos) = math::sin_cos(fault.turn.si());
@@ -180,8 +214,9 @@ mod tests {
         for k in 0..30 {
             let time = 0.1 * f64::from(k);
             let depth = Some(DepthImage::filled(4, 3, time as f32));
-            let seen =
-                Observation { time, depth, depth_time: time, base_pose: [1.0, 0.0, 0.0], ..still.clone() };
+            let colour = Some(Arc::new(Image::filled(4, 3, [k as u8 + 1; 3])));
+            let base_pose = [1.0, 0.0, 0.0];
+            let seen = Observation { time, depth, colour, depth_time: time, base_pose, ..still.clone() };
             let changed = faulty.sensed(&seen);
             each(time, &changed, &mut faulty);
         }

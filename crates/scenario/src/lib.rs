@@ -27,7 +27,9 @@ pub use mesh_files::MeshFiles;
 pub use names::{Names, SceneNames, controller_name};
 pub use options::{OptionValue, Options};
 pub use orchard_digitised::{TreeFile, TreeFormat};
-pub use resolve::{cameras, controllers, detector, detector_for, detectors, presets, robots};
+pub use resolve::{
+    cameras, colour_detector_for, controllers, detector, detector_for, detectors, presets, robots,
+};
 pub use robot::RobotFiles;
 pub use stored::StoredScenario;
 
@@ -146,6 +148,7 @@ impl Scenario {
             }
         };
         built.deliver_pictures(self.controller.pictures());
+        built.deliver_colour(self.detector.sees_colour());
         Ok(built)
     }
 
@@ -161,17 +164,6 @@ impl Scenario {
                 Ok(Planting::of_tree(self.spec.clone(), skeleton, seed, world))
             }
         }
-    }
-
-    /// Checks that controllers can use the detector.
-    ///
-    /// # Errors
-    /// The detector looks at colour, which controllers do not give it; the problem names the detector.
-    pub fn check_controllable(&self) -> Result<(), String> {
-        let name = &self.names.scene.detector;
-        let problem =
-            || format!("detector {name}: it looks at colour, and controllers give a detector depth only");
-        if self.detector.sees_colour() { Err(problem()) } else { Ok(()) }
     }
 
     /// Makes a controller at the start of an episode, behind the fault of the world's config, if it has one.

@@ -167,6 +167,16 @@ pub fn detector_for(camera: &str) -> &'static str {
     detectors().into_iter().find(|name| *name == camera).unwrap_or("paper")
 }
 
+/// Returns the name of the default detector of a camera whose images have colour: the network that sees it, for a camera whose own detector tells a score; else [`detector_for`].
+pub fn colour_detector_for(camera: &str) -> &'static str {
+    let own = detector_for(camera);
+    let has_score = DetectorConfig::named(own).is_ok_and(|own| own.score.on);
+    if has_score { SEES_COLOUR } else { own }
+}
+
+/// The network of [`LEARNED`] that sees colour.
+const SEES_COLOUR: &str = LEARNED[1];
+
 /// The world's config and its layers.
 fn world(options: &Options) -> Result<(Spec, Layers), ScenarioError> {
     match (&options.preset, &options.config) {

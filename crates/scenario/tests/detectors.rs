@@ -83,12 +83,6 @@ fn own_networks_are_read_from_files() {
     drop(folder);
     let again = Scenario::from_stored(&stored, &orchard_scenario::controllers(), "test").unwrap();
     assert_eq!(again.detector(), scenario.detector());
-    assert!(again.check_controllable().is_ok());
-    let options =
-        Options { detector: Some(OptionValue::new("learned-colour", "--detector")), ..Options::default() };
-    let scenario = Scenario::resolve(&options, &orchard_scenario::controllers()).unwrap();
-    let refused = scenario.check_controllable().unwrap_err();
-    assert!(refused.starts_with("detector learned-colour: it looks at colour"), "{refused}");
 }
 
 /// The detector with a network fits with the figures of the camera's own detector, or of `scored` where that one has no score; it follows a change of the camera.
@@ -109,4 +103,20 @@ fn the_network_goes_with_every_camera() {
     assert_eq!(*scenario.detector(), learned("paper"));
     let changes = Changes { camera: Some("d435i".to_owned()), ..Changes::default() };
     assert_eq!(*scenario.changed(&changes, "test").unwrap().detector(), learned("d435i"));
+}
+
+/// A world of a detector that looks at colour takes a colour image with each depth image; another takes none.
+#[test]
+fn colour_comes_with_depth_for_a_detector_that_looks_at_it() {
+    for (detector, sees) in [("learned-colour", true), ("learned", false)] {
+        let options =
+            Options { detector: Some(OptionValue::new(detector, "--detector")), ..Options::default() };
+        let scenario = Scenario::resolve(&options, &orchard_scenario::controllers()).unwrap();
+        let seen = scenario.world(7, 0, 0).unwrap().observe();
+        let depth = seen.depth.unwrap();
+        assert_eq!(seen.colour.is_some(), sees, "{detector}");
+        if let Some(colour) = seen.colour {
+            assert_eq!((colour.width(), colour.height()), (depth.width(), depth.height()));
+        }
+    }
 }

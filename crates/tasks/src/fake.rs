@@ -43,6 +43,7 @@ pub fn observation(time: f64) -> Observation {
         base_height: 0.0,
         base_velocity: [0.0; 3],
         depth: None,
+        colour: None,
         depth_time: time,
         intrinsics: Intrinsics { width: 1, height: 1, fx: 1.0, fy: 1.0, cx: 0.0, cy: 0.0 },
         pictures: None,

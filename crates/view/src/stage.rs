@@ -445,7 +445,6 @@ fn make(scenario: &Scenario, driver: &str, goal: Option<&Goal>) -> Result<Option
     if driver == NOBODY {
         return Ok(None);
     }
-    scenario.check_controllable()?;
     let scenario = scenario.clone();
     if let Some(goal) = goal.copied() {
         if !scenario.controller_kind().takes_goals() {

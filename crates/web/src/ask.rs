@@ -178,6 +178,7 @@ pub fn grow(ask: &Ask, files: &Files) -> Result<Tab, AskError> {
     })?;
     let (robot, detector) = (parts.robot, parts.detector.clone());
     world.deliver_pictures(kind.as_ref().and_then(|kind| kind.pictures()));
+    world.deliver_colour(detector.sees_colour());
     let make = kind.map(|kind| -> Make { Box::new(move || kind.controller(&robot, &detector)) });
     let notes = tree.map(|tree| tree.notes().to_vec()).unwrap_or_default();
     Ok(Tab::new(Session::new(world, make), parts.detector, notes))

@@ -3,7 +3,7 @@
 use orchard_camera::{
     Capture, Exposure, Frame, FruitView, ImageKey, MovingScene, Scene, Sensor, fruit_views,
 };
-use orchard_geometry::{DepthImage, Pose};
+use orchard_geometry::{DepthImage, Image, Pose};
 use orchard_multibody::{Data, Motion};
 use orchard_spec::Spec;
 use serde::{Deserialize, Serialize};
@@ -47,7 +47,7 @@ impl Sight {
     /// The image, drawn elsewhere.
     pub(crate) fn undrawn(self) -> CameraTruth {
         let (measured, truth, fruit) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
-        CameraTruth { measured, sight: self, truth, fruit }
+        CameraTruth { measured, colour: None, sight: self, truth, fruit }
     }
 
     /// Makes the image of the depths of [`Self::exposure`], drawn elsewhere.
@@ -66,6 +66,8 @@ impl Sight {
 #[derive(Debug, Clone)]
 pub struct CameraTruth {
     measured: OnceLock<DepthImage>,
+    /// Colour (sRGB), registered to depth and of its size, if the camera takes colour ([`World::deliver_colour`](crate::World::deliver_colour)).
+    pub colour: Option<Arc<Image<[u8; 3]>>>,
     /// The scene and the camera.
     pub sight: Sight,
     truth: OnceLock<Frame>,

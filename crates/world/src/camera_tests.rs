@@ -121,3 +121,31 @@ fn images_in_flight_are_saved() {
         }
     }
 }
+
+/// Colour shows what depth shows: the moment at which it was taken. A camera without it delivers none, and the world moves alike.
+#[test]
+fn colour_shows_the_moment_of_its_depth_image() {
+    let seen = |latency: f64, colour: bool| {
+        let mut world = world(latency, 20.0);
+        world.deliver_colour(colour);
+        let all = observe_until(&mut world, 10);
+        (all, world)
+    };
+    let ((prompt, _), (late, mut world), (plain, _)) = (seen(0.0, true), seen(65.0, true), seen(65.0, false));
+    assert!(plain.iter().all(|seen| seen.colour.is_none()));
+    for (now, (seen, plain)) in late.iter().zip(&plain).enumerate() {
+        let taken = now.checked_sub(4).filter(|taken| taken.is_multiple_of(3));
+        let expected = taken.and_then(|taken| prompt[taken].colour.as_deref());
+        assert!(seen.colour.as_deref() == expected, "frame {now}");
+        assert_eq!(expected.is_some(), taken.is_some());
+        assert!(seen.depth == plain.depth && seen.arm_q == plain.arm_q);
+    }
+    let shown = |frame: usize| prompt[frame].colour.as_ref().unwrap().pixels();
+    assert_ne!(shown(0), shown(6), "the camera moves");
+    let colour = world.camera_truth().unwrap().colour.clone().unwrap();
+    assert_eq!(colour.pixels(), shown(6));
+    let saved = Snapshot::from_bytes(&world.snapshot().to_bytes()).unwrap();
+    world.reset();
+    world.restore(&saved).unwrap();
+    assert_eq!(world.camera_truth().unwrap().colour.as_ref(), Some(&colour));
+}

@@ -7,8 +7,30 @@ use orchard_geometry::Intrinsics;
 use orchard_robot::{PictureRequest, Pictures};
 
 use crate::World;
+use crate::camera::CameraTruth;
 
 impl World {
+    /// Has the wrist camera take a colour image with each depth image, registered to it, or none. The state of the world does not depend on it.
+    pub fn deliver_colour(&mut self, on: bool) {
+        self.takes_colour = on;
+    }
+
+    /// An image with its colour, if the camera takes colour.
+    pub(crate) fn coloured(&self, mut truth: CameraTruth) -> CameraTruth {
+        if !self.takes_colour {
+            return truth;
+        }
+        let sight = &truth.sight;
+        let scene = match self.taken_at(sight.frame) {
+            Some(shot) => self.picture_scene_in(&self.at(shot)),
+            None => self.picture_scene(),
+        };
+        let colour = Studio::new(&scene, &PictureStyle::of_camera())
+            .picture(sight.sensor.intrinsics(), &sight.x_world_camera);
+        truth.colour = Some(Arc::new(colour));
+        truth
+    }
+
     /// Has observations deliver colour pictures, or none. The state of the world does not depend on it.
     pub fn deliver_pictures(&mut self, request: Option<Arc<PictureRequest>>) {
         self.pictures = request;

@@ -224,7 +224,7 @@ impl World {
         let sealed = suction.sealed(&self.parts);
         fruit_touches(&self.parts.colliders, report, sealed, &mut state.touches);
         self.state.image = match (&snapshot.image, shot) {
-            (None, Some(shot)) => Some(Arc::new(self.earlier(shot).take())),
+            (None, Some(shot)) => Some(Arc::new(self.coloured(self.earlier(shot).take()))),
             (image, _) => image.clone(),
         };
         Ok(())
@@ -232,10 +232,15 @@ impl World {
 
     /// What the camera saw at an earlier moment.
     pub(crate) fn earlier(&self, shot: &Shot) -> Sight {
+        self.sight(&self.at(shot), shot.frame)
+    }
+
+    /// Places of all bodies at an earlier moment.
+    pub(crate) fn at(&self, shot: &Shot) -> Data {
         let mut then = Data::clone(&self.start);
         then.restore_motion(&shot.motion);
         orchard_multibody::forward_kinematics(&self.parts.model, &mut then);
-        self.sight(&then, shot.frame)
+        then
     }
 }
 

@@ -3,7 +3,7 @@
 mod visible;
 
 use crate::build::{Parts, WorldError, build};
-use crate::camera::{CameraTruth, Shutter, Sight};
+use crate::camera::{CameraTruth, Shot, Shutter, Sight};
 use crate::event::{Status, WorldEvent};
 use crate::identity::{Identity, Start};
 use crate::load::WoodLoad;
@@ -45,6 +45,8 @@ pub struct World {
     pub(crate) state: State,
     /// Pictures that observations deliver.
     pub(crate) pictures: Option<Arc<PictureRequest>>,
+    /// True if the camera takes a colour image with each depth image.
+    pub(crate) takes_colour: bool,
 }
 
 impl World {
@@ -155,6 +157,7 @@ impl World {
             start: Arc::new(data),
             state,
             pictures: None,
+            takes_colour: false,
         })
     }
 
@@ -171,7 +174,7 @@ impl World {
         let next = episode.wrapping_add(1);
         let start = Start { seed, world, episode: next };
         let next = Self::grow(self.config.clone(), self.robot.clone(), start, self.repeat)?;
-        Ok(Some(Self { pictures: self.pictures.clone(), ..next }))
+        Ok(Some(Self { pictures: self.pictures.clone(), takes_colour: self.takes_colour, ..next }))
     }
 
     /// Brings the world back to the start of its episode.
@@ -220,7 +223,7 @@ impl World {
 
     /// Returns the robot's observation, with a depth image on the frames in which the camera delivers one. It shows the moment
     /// [`Observation::depth_time`], the camera's latency ago. The image is the latest one from now on ([`Self::camera_truth`]). Colour pictures
-    /// are there in the frames of [`Self::deliver_pictures`].
+    /// are there in the frames of [`Self::deliver_pictures`], and a colour image with each depth image after [`Self::deliver_colour`].
     pub fn observe(&mut self) -> Observation {
         let delivered = self.delivers().map(Sight::take);
         self.observe_image(delivered)
@@ -237,6 +240,7 @@ impl World {
     }
 
     fn observe_image(&mut self, delivered: Option<CameraTruth>) -> Observation {
+        let delivered = delivered.map(|truth| self.coloured(truth));
         if let Some(truth) = &delivered {
             self.keep_motion(truth.sight.frame);
         }
@@ -271,7 +275,8 @@ impl World {
     /// Returns the observation of [`Self::observe`] without keeping its image as the latest one. A controller beside a policy uses it, so that
     /// the policy's images stay as they are.
     pub fn peek(&self) -> Observation {
-        self.observation(self.delivers().map(Sight::take).as_ref())
+        let delivered = self.delivers().map(|sight| self.coloured(sight.take()));
+        self.observation(delivered.as_ref())
     }
 
     fn observation(&self, image: Option<&CameraTruth>) -> Observation {
@@ -280,7 +285,8 @@ impl World {
         let sensed = Observation { pictures, ..self.sense() };
         let Some(truth) = image else { return sensed };
         let depth_time = f64::from(truth.sight.frame) * self.spec.sim.frame();
-        Observation { depth: Some(truth.measured().clone()), depth_time, ..sensed }
+        let colour = truth.colour.clone();
+        Observation { depth: Some(truth.measured().clone()), colour, depth_time, ..sensed }
     }
 
     /// Returns the observation of [`Self::observe`] without depth image and pictures, which are not drawn.
@@ -311,6 +317,13 @@ impl World {
         } else {
             flight.taken_in(taken).map(|shot| self.earlier(shot))
         }
+    }
+
+    /// The motion of an image that was taken in an earlier frame, if it is still kept.
+    pub(crate) fn taken_at(&self, frame: u32) -> Option<&Shot> {
+        let State { shot, flight, frame: now, .. } = &self.state;
+        let latest = shot.as_ref().filter(|shot| shot.frame == frame);
+        flight.taken_in(frame).or(latest).filter(|_| frame != *now)
     }
 
     /// Keeps the motion that the image of a frame shows, to draw it again after a restore.

@@ -1,7 +1,7 @@
 //! Convolutions over one or two dimensions.
 
 use crate::call::{Call, Done, length, one};
-use crate::ops::matmul::{Sizes, multiply};
+use crate::ops::product::{Sizes, Turned};
 use crate::ops::window::{self, Axis};
 use crate::tensor::{Tensor, Values, count};
 
@@ -43,6 +43,8 @@ pub fn conv(call: &Call<'_>) -> Done {
     if n == 0 || image == 0 {
         return Err(format!("shape {:?} is empty", x.shape()));
     }
+    let own_weights = |g: usize| Turned::new(&weights[g * own * depth..(g + 1) * own * depth], own, depth);
+    let turned: Vec<Turned<'_>> = (0..group).map(own_weights).collect();
     // Groups of all images, one after another.
     for (g, (input, out)) in input.chunks_exact(image).zip(out.chunks_exact_mut(own * places)).enumerate() {
         let first = (g % group) * own;
@@ -51,8 +53,7 @@ pub fn conv(call: &Call<'_>) -> Done {
             let width = height * columns.output;
             unfold(input, &mut under, [rows, columns], channels, top, height);
             let sizes = Sizes { rows: own, depth, columns: width, stride: places };
-            let weights = &weights[first * depth..(first + own) * depth];
-            multiply(weights, &under[..depth * width], &mut out[top * columns.output..], sizes);
+            turned[g % group].multiply(&under[..depth * width], &mut out[top * columns.output..], sizes);
         }
         for (row, bias) in out.chunks_exact_mut(places).zip(bias.into_iter().flat_map(|bias| &bias[first..]))
         {
@@ -92,20 +93,30 @@ fn unfold(
 }
 
 fn copy_line(from: &[f32], line: &mut [f32], columns: &Axis, kx: usize) {
-    if columns.stride == 1 {
-        let (shift, pad, n) = (kx * columns.dilation, columns.pads[0], line.len());
-        let first = pad.saturating_sub(shift).min(n);
-        let end = (columns.input + pad).saturating_sub(shift).min(n).max(first);
-        line[..first].fill(0.0);
-        line[end..].fill(0.0);
-        if first < end {
-            line[first..end].copy_from_slice(&from[first + shift - pad..end + shift - pad]);
-        }
+    let (shift, pad, n) = (kx * columns.dilation, columns.pads[0], line.len());
+    // Windows from `first` to `end` have this place within the input.
+    let first = pad.saturating_sub(shift).div_ceil(columns.stride).min(n);
+    let end = (columns.input + pad).saturating_sub(shift).div_ceil(columns.stride).min(n).max(first);
+    line[..first].fill(0.0);
+    line[end..].fill(0.0);
+    if first == end {
         return;
     }
-    for (x, to) in line.iter_mut().enumerate() {
-        *to = columns.place(x, kx).map_or(0.0, |u| from[u]);
+    let from = &from[first * columns.stride + shift - pad..];
+    match columns.stride {
+        1 => line[first..end].copy_from_slice(&from[..end - first]),
+        2 => spread_pairs(from, &mut line[first..end]),
+        stride => {
+            line[first..end].iter_mut().zip(from.iter().step_by(stride)).for_each(|(to, &x)| *to = x);
+        }
     }
+}
+
+/// Writes every second number, from the first on.
+fn spread_pairs(from: &[f32], line: &mut [f32]) {
+    let (pairs, rest) = from.as_chunks::<2>();
+    let firsts = pairs.iter().map(|[x, _]| x).chain(rest);
+    line.iter_mut().zip(firsts).for_each(|(to, &x)| *to = x);
 }
 
 /// The transpose of a convolution: every input spreads the weights over the output, input channels in order.

@@ -3,7 +3,7 @@
 use orchard_geometry::math;
 
 use crate::call::{Call, Done};
-use crate::ops::matmul::{Sizes, multiply};
+use crate::ops::product::{Sizes, multiply};
 use crate::tensor::{Tensor, Values};
 
 fn sigmoid(x: f32) -> f32 {

@@ -170,6 +170,7 @@ impl FakeWorld {
             base_height: 0.0,
             base_velocity: self.base_velocity,
             depth,
+            colour: None,
             depth_time,
             intrinsics,
             pictures: None,

@@ -250,14 +250,13 @@ fn tell_warnings(scenario: &Scenario) {
 /// The controller of an episode without a goal.
 ///
 /// # Errors
-/// The scenario's controller needs a goal, or its detector looks at colour.
+/// The scenario's controller needs a goal.
 pub fn controller(scenario: &Scenario) -> Result<Box<dyn Controller>, Failure> {
     if scenario.controller_kind().needs_goal() {
         let name = &scenario.names().controller;
         let problem = "it needs a goal, which only the tasks reach-and-grasp and gentle give";
         return Err(Failure::BadInput(format!("controller {name}: {problem}")));
     }
-    scenario.check_controllable().map_err(Failure::BadInput)?;
     Ok(scenario.controller())
 }
 

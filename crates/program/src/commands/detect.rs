@@ -12,7 +12,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use orchard_bench::store::write_bytes;
-use orchard_perception::{Candidate, Detection, Gate, PerceptionError, Region, candidates_in, fit_regions};
+use orchard_perception::{
+    Candidate, Detection, Gate, PerceptionError, Region, RgbdImage, candidates, fit_regions,
+};
 use serde::Serialize;
 
 use self::census::Census;
@@ -32,18 +34,19 @@ use crate::picture_file;
                   The result is JSON in metres and pixels; p_camera is the centre of a fruit with x right, y down and z\n\
                   forward. With --camera-height, pixels of level ground are left out; --up is the vertical in the camera's\n\
                   axes, 0,-1,0 for a level camera. Detections are sorted by score, the probability that a sphere is a fruit; with\n\
-                  --boxes, --masks or --onnx it is that detector's score if there is one. --camera NAME takes the detector made for a real camera.\n\
+                  --boxes, --masks or --onnx it is that detector's score if there is one. --camera NAME takes the detector made for a real camera;\n\
+                  with --colour that is learned-colour, a network that looks at colour as well.\n\
                   Measured shares, refusals by gate and warnings go to the error output and into the result (image).\n\
                   docs/perception.md is for users of real images, docs/computation/perception.md defines score and gates.\n\n\
                   Examples:\n  orchard detect --depth depth.png --intrinsics camera.json\n  \
                   orchard detect --depth depth.png --intrinsics camera.json --camera azure-kinect --picture seen.png --all\n  \
                   orchard detect --depth depth.png --intrinsics camera.json --camera d435i --detector learned\n  \
-                  orchard detect --depth d.png --intrinsics k.json --camera azure-kinect --detector learned-colour --colour c.jpg\n  \
+                  orchard detect --depth d.png --intrinsics k.json --camera azure-kinect --colour c.jpg --picture seen.png\n  \
                   orchard detect --depth d.tiff --intrinsics info.yaml --camera d435i --boxes yolo.json --colour c.jpg --picture seen.png\n  \
                   orchard detect --depth depth.png --intrinsics camera.json --range 0.4,2.5 --radius 0.02,0.045\n  \
                   orchard detect --depth d.png --intrinsics k.json --camera azure-kinect --colour c.jpg --onnx apples.onnx\n  \
                   orchard detect --mcap bag.mcap --topic /camera/depth/image_rect_raw --camera d435i --out found.mcap\n  \
-                  orchard detect --mcap bag.mcap --topic /depth/image --colour-topic /color/image --detector learned-colour --out found.mcap\n  \
+                  orchard detect --mcap bag.mcap --topic /depth/image --colour-topic /color/image --camera d435i-aligned --out found.mcap\n  \
                   orchard detect --depth depth.png --intrinsics camera.json --camera-height 1.1 --up 0,-0.94,-0.34"
 )]
 pub struct Args {
@@ -141,7 +144,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(file) = &args.bag.mcap {
         return bag::run(&args.bag, file, &args.input, &args.regions, &args.out);
     }
-    let input = args.input.read()?;
+    // Where another detector says where fruit are, the fit looks at depth alone.
+    let by_colour = args.input.colour.is_some() && !args.regions.given();
+    let input = args.input.read(by_colour)?;
     let unused = args.picture.is_none() && !args.regions.use_colour() && !input.config.sees_colour();
     if let Some(file) = args.input.colour.as_ref().filter(|_| unused) {
         let problem = "needs --picture, --onnx or a detector that sees colour";
@@ -171,7 +176,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let report = Report {
         format: FORMAT,
         schema_version: SCHEMA_VERSION,
-        config: args.input.detector_name().to_owned(),
+        config: args.input.detector_name(by_colour).to_owned(),
         image: census,
         regions: regions
             .as_ref()
@@ -200,7 +205,8 @@ fn find(input: &Input, regions: Option<&[Found]>) -> Result<Spheres, Failure> {
     let mut found = match regions {
         None => {
             let all =
-                candidates_in(depth, colour.as_ref(), intrinsics, mask.as_ref(), config).map_err(told)?;
+                candidates(RgbdImage { depth, colour: colour.as_ref() }, intrinsics, mask.as_ref(), config)
+                    .map_err(told)?;
             let (accepted, refused) = all.into_iter().partition(|c| c.refused_by.is_none());
             let accepted: Vec<Candidate> = accepted;
             Spheres { accepted: accepted.into_iter().map(|c| (c.detection, None)).collect(), refused }

@@ -4,7 +4,7 @@ use orchard_camera::picture::Studio;
 use orchard_camera::{Frame, FruitView, ImageKey, Scene, Sensor, fruit_views};
 use orchard_geometry::{DepthImage, Image, Intrinsics, Pose, Vec3};
 use orchard_perception::mask::ground_mask;
-use orchard_perception::{Detection, DetectorConfig, PerceptionError, candidates_in, detect};
+use orchard_perception::{Detection, DetectorConfig, PerceptionError, RgbdImage, detect};
 
 /// One image: input of the detector and ground truth.
 pub(crate) struct View {
@@ -50,12 +50,8 @@ impl View {
 impl DetectorInput {
     /// Runs the detector on the image.
     pub(crate) fn detect(&self, config: &DetectorConfig) -> Result<Vec<Detection>, PerceptionError> {
-        let Self { depth, colour, intrinsics, ignored } = self;
-        if colour.is_none() {
-            return detect(depth, intrinsics, Some(ignored), config);
-        }
-        let all = candidates_in(depth, colour.as_ref(), intrinsics, Some(ignored), config)?;
-        Ok(all.into_iter().filter(|c| c.refused_by.is_none()).map(|c| c.detection).collect())
+        let image = RgbdImage { depth: &self.depth, colour: self.colour.as_ref() };
+        detect(image, &self.intrinsics, Some(&self.ignored), config)
     }
 
     /// Runs the detector on the image; returns its detections, and the spheres of at least `least` that its score alone refused.

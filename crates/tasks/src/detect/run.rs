@@ -25,9 +25,6 @@ use crate::matching::{Ball, match_detections};
 use crate::vantage::vantages;
 use crate::zones::ZoneFrame;
 
-/// Samples a side of a pixel of the colour images, as data sets have by default: our own choice.
-const SAMPLES: usize = 2;
-
 /// A finished run.
 pub type DetectResult = TaskResult<DetectRecord, DetectSummary>;
 
@@ -144,7 +141,7 @@ impl<T: Trees> Views<'_, T> {
                 )));
             }
             let margin = self.plan.detector.mask.ground_margin.si();
-            let style = PictureStyle { supersampling: SAMPLES, ..PictureStyle::default() };
+            let style = PictureStyle::of_camera();
             let studio = self.plan.detector.sees_colour().then(|| Studio::new(&tree.picture, &style));
             // A view has the same noise at every density.
             let image = |(number, x): (u32, &Pose)| {

@@ -61,7 +61,11 @@ pub(crate) fn moving_scene(spec: &Spec, parts: &Parts, robot: &RobotModel) -> Mo
 impl World {
     /// The visible scene of the present state.
     pub fn scene(&self) -> Scene {
-        self.visible.posed(&self.x_world_visible(&self.state.data))
+        self.scene_in(&self.state.data)
+    }
+
+    fn scene_in(&self, data: &Data) -> Scene {
+        self.visible.posed(&self.x_world_visible(data))
     }
 
     /// Poses of the bodies of [`moving_scene`] in a state.
@@ -79,8 +83,12 @@ impl World {
     /// The scene for people: in the tree's own colours, with spurs and stems, which are thinner than a pixel of the depth
     /// camera, and with a plain round the modelled part of bumpy ground.
     pub fn picture_scene(&self) -> Scene {
-        let mut scene = self.scene();
-        let data = &self.state.data;
+        self.picture_scene_in(&self.state.data)
+    }
+
+    /// [`Self::picture_scene`] of an earlier state of the episode. Fruit that hang now have a stem.
+    pub(crate) fn picture_scene_in(&self, data: &Data) -> Scene {
+        let mut scene = self.scene_in(data);
         let bodies = &self.parts.tree.bodies;
         let anchors = self.parts.fruit.fruit.iter().map(|fruit| (fruit.segment, &fruit.p_segment));
         push_fine_wood(&mut scene, self.spec().tree.spur_radius.si(), &self.parts.skeleton, anchors, |i| {
@@ -92,7 +100,7 @@ impl World {
         }
         for (i, &point) in self.parts.fruit.points.iter().enumerate() {
             let anchor = data.anchor_p_world(&self.parts.model, point);
-            if let (Some(p_anchor), true) = (anchor, data.tethered[point.index()]) {
+            if let (Some(p_anchor), true) = (anchor, self.state.data.tethered[point.index()]) {
                 let radius = self.parts.fruit.fruit[i].radius;
                 push_stem(
                     &mut scene,

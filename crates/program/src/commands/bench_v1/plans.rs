@@ -106,8 +106,7 @@ fn fits(task: TaskName, scenario: &Scenario) -> Result<(), String> {
         TaskName::Scaling if scenario.digitised_tree().is_some() => {
             Err("it needs grown trees, but --tree gives a digitised one".to_owned())
         }
-        TaskName::Detect => Ok(()),
-        _ => scenario.check_controllable(),
+        _ => Ok(()),
     }
 }
 

@@ -113,9 +113,10 @@ pub fn run(
         return Err(Failure::BadInput(line));
     }
     options.check_unit()?;
-    let config = options.detector()?;
     let network = regions.network()?;
-    let topics = args.topics(config.sees_colour() || network.is_some(), options.detector_name())?;
+    let by_colour = args.colour_topic.is_some() && network.is_none();
+    let config = options.detector(by_colour)?;
+    let topics = args.topics(config.sees_colour() || network.is_some(), options.detector_name(by_colour))?;
     let overview = Overview::read(file, &topics)?;
     let within = pairs::nanoseconds(args.colour_within);
     let mut finder = Finder {

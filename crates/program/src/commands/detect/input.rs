@@ -42,7 +42,8 @@ pub struct InputArgs {
     /// Mask of pixels to ignore, such as the robot's: 1-bit or 8-bit grey PNG; black pixels are kept
     #[arg(long, value_name = "MASK.png")]
     pub mask: Option<PathBuf>,
-    /// Detector, or a file of changed figures or of a network of your own; by default that of --camera, or paper; `orchard detectors` lists the detectors
+    /// Detector, or a file of changed figures or of a network of your own; `orchard detectors` lists the detectors [default: that of --camera, or learned-colour for a
+    /// camera with --colour or --colour-topic; paper without a camera]
     #[arg(long = "detector", alias = "config", value_name = "NAME|FILE.toml")]
     config: Option<String>,
     /// Camera that took the image, for its detector, or the figures of its noise for a detector with a network: d435i, d435i-aligned, zed-mini,
@@ -79,18 +80,22 @@ const UNITS: std::ops::RangeInclusive<f64> = 1e-9..=1.0;
 const HEIGHTS: std::ops::RangeInclusive<f64> = -100.0..=100.0;
 
 impl InputArgs {
-    /// Name or file of the detector.
-    pub fn detector_name(&self) -> &str {
-        let of_camera = || orchard_scenario::detector_for(self.camera.as_deref().unwrap_or_default());
+    /// Name or file of the detector; by default that of the camera, which may be one `by_colour`.
+    pub fn detector_name(&self, by_colour: bool) -> &str {
+        let camera = self.camera.as_deref().unwrap_or_default();
+        let of_camera = || match by_colour {
+            true => orchard_scenario::colour_detector_for(camera),
+            false => orchard_scenario::detector_for(camera),
+        };
         self.config.as_deref().unwrap_or_else(of_camera)
     }
 
     /// The detector of `--camera` or `--detector`.
-    pub fn detector(&self) -> Result<DetectorConfig, Failure> {
+    pub fn detector(&self, by_colour: bool) -> Result<DetectorConfig, Failure> {
         if let Some(camera) = &self.camera {
             CameraSpec::named(camera).map_err(|e| Failure::BadInput(format!("--camera {camera}: {e}")))?;
         }
-        let given = OptionValue::new(self.detector_name(), "--detector");
+        let given = OptionValue::new(self.detector_name(by_colour), "--detector");
         let camera = self.camera.as_deref().unwrap_or_default();
         let mut config =
             orchard_scenario::detector(&given, camera).map_err(|e| Failure::BadInput(e.to_string()))?;
@@ -119,7 +124,7 @@ impl InputArgs {
     }
 
     /// Reads all files; an error names the option, file, field and range.
-    pub fn read(&self) -> Result<Input, Failure> {
+    pub fn read(&self, by_colour: bool) -> Result<Input, Failure> {
         let (Some(depth_file), Some(intrinsics_file)) = (&self.depth, &self.intrinsics) else {
             return Err(Failure::BadInput("--depth and --intrinsics are needed".to_owned()));
         };
@@ -127,7 +132,7 @@ impl InputArgs {
         if let Some(height) = self.camera_height {
             within("--camera-height", height, &HEIGHTS)?;
         }
-        let config = self.detector()?;
+        let config = self.detector(by_colour)?;
         let raw =
             depth_image::read(&bytes("--depth", depth_file)?).map_err(|e| bad("--depth", depth_file, e))?;
         let text = orchard_input::text(intrinsics_file, orchard_input::CONFIG)
@@ -141,7 +146,7 @@ impl InputArgs {
         let mut depth = raw.depth(unit).map_err(|e| bad("--depth", depth_file, e))?;
         let mut colour = self.read_colour(&intrinsics)?;
         if config.sees_colour() && colour.is_none() {
-            let name = self.detector_name();
+            let name = self.detector_name(by_colour);
             return Err(Failure::BadInput(format!(
                 "--detector {name}: it looks at colour; --colour IMAGE is needed"
             )));

@@ -42,6 +42,11 @@ pub struct Found {
 }
 
 impl RegionArgs {
+    /// True if another detector says where fruit are.
+    pub fn given(&self) -> bool {
+        self.boxes.is_some() || self.masks.is_some() || self.onnx.is_some()
+    }
+
     /// True if a colour image is used.
     pub fn use_colour(&self) -> bool {
         self.onnx.is_some()

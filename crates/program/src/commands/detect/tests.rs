@@ -132,6 +132,16 @@ fn a_detector_of_colour_needs_the_colour_image() {
         command(&format!("{files} --detector {detector} --colour {colour} --out {}", at("found.json")))
             .unwrap();
     }
+    // The default of a camera sees colour if there is some; not so where another detector says where fruit are.
+    let boxes = r#"[{"image_id": 1, "category_id": 1, "bbox": [1, 1, 9, 9], "score": 0.5}]"#;
+    std::fs::write(at("boxes.json"), boxes).unwrap();
+    let with_boxes = format!("--boxes {} --picture {}", at("boxes.json"), at("seen.png"));
+    for (more, detector) in [("", "learned-colour"), (with_boxes.as_str(), "d435i")] {
+        let (colour, out) = (at("colour.png"), at("found.json"));
+        command(&format!("{files} --colour {colour} {more} --out {out}")).unwrap();
+        let json: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(out).unwrap()).unwrap();
+        assert_eq!(json["config"], detector);
+    }
 }
 
 #[test]
