@@ -2,24 +2,10 @@
 
 use crate::gates::Gate;
 use crate::geometric::{Candidate, Detection, search};
+use crate::image::RgbdImage;
 use crate::learned;
 use crate::{DetectorConfig, PerceptionError, sizes};
-use orchard_geometry::{DepthImage, Image, Intrinsics};
-
-/// An image that a detector looks at. Depth alone is one, too.
-#[derive(Debug, Clone, Copy)]
-pub struct RgbdImage<'a> {
-    /// Depth \[m\].
-    pub depth: &'a DepthImage,
-    /// Colour (sRGB), registered to depth and of its size. Only a network that sees colour looks at it.
-    pub colour: Option<&'a Image<[u8; 3]>>,
-}
-
-impl<'a> From<&'a DepthImage> for RgbdImage<'a> {
-    fn from(depth: &'a DepthImage) -> Self {
-        Self { depth, colour: None }
-    }
-}
+use orchard_geometry::{Image, Intrinsics};
 
 /// Finds fruit in an image. `mask` is true where a pixel must be ignored (robot, ground) and has the image's size.
 ///

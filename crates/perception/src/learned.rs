@@ -1,9 +1,9 @@
 //! Fruit by a network: it says where in the image a fruit is, and the fit says how far and how large.
 
 use crate::config::Network as Figures;
-use crate::detect::RgbdImage;
 use crate::disc::{self, Disc};
 use crate::geometric::{Candidate, without_duplicates};
+use crate::image::RgbdImage;
 use crate::onnx::{self, CELL, FIELDS, FIELDS_WITH_SHARE, MULTIPLE};
 use crate::region::{Region, fit_each};
 use crate::sphere::Sphere;
