@@ -1,4 +1,4 @@
-//! What a detector looks at.
+//! The image that a detector searches: depth, and colour if there is some.
 
 use orchard_geometry::{DepthImage, Image};
 

@@ -27,7 +27,7 @@ pub(crate) struct Faulty {
     open_until: f64,
 }
 
-/// What the camera took: depth, and colour if it takes colour.
+/// An image of the camera: depth, and colour if the camera takes some.
 #[derive(Clone)]
 struct Shot {
     depth: DepthImage,
