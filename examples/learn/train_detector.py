@@ -24,14 +24,10 @@ from PIL import Image
 from torch import nn
 from torch.nn import functional
 
-# Pixels of a cell of the network's map, and of which the sides of its input are multiples.
-CELL, MULTIPLE = 4, 16
-# Depths that count as measured [m], radius of a typical apple [m], and its radius in the image that gives the feature 0 [px].
-NEAR, FAR, RADIUS, TYPICAL_PX = 0.2, 4.0, 0.04, 8.0
-# Relief that gives the features 1, near and far around a pixel [m].
-RELIEF_NEAR, RELIEF_FAR = 0.02, 0.08
-# Radius of an apple at 1 m in the sampled image, without and with colour: every so many columns and rows are taken that it is at least so large [px].
-SAMPLED_PX = {False: 10.0, True: 16.0}
+from detector_network import CELL, FAR, MULTIPLE, NEAR, RADIUS, TYPICAL_PX, ColourDetector, DepthDetector
+
+# Radius of an apple at 1 m in the sampled image: every so many columns and rows are taken that it is at least so large [px].
+SAMPLED_PX = 16.0
 # Least visible share of an apple that is to be found; below it, or with fewer measured pixels of its disc, an apple counts neither way.
 LEAST_VISIBLE, LEAST_MEASURED = 0.3, 0.2
 # Side of a crop [px], apples of a crop, crops of a step.
@@ -42,76 +38,15 @@ ZOOM, WORLD = (0.65, 1.6), (0.85, 1.15)
 GREY, BLIND, PASTED, BLURRED, MOVED = 0.1, 0.1, 0.5, 0.5, 0.3
 # Largest moves of colour against depth [px].
 LARGEST_MOVE = 2
+# Share of crops with a ball, and the radii of balls [m]: like apples, larger, smaller. Balls lie so far behind or before a pixel of the crop [m].
+BALLS, BALL_LIKE, BALL_LARGE, BALL_SMALL, BALL_BEFORE = 0.35, (0.027, 0.045), (0.053, 0.1), (0.006, 0.018), (-0.05, 0.35)
 # Pixels of these classes of a data set are background: none and ground. Class of fruit.
 BACKGROUND, FRUIT = (0, 5), 1
 
 
-class Detector(nn.Module):
-    """Depth [n, 1, rows, columns] in metres (0: not measured), the focal length [1] in pixels, and if it sees colour the image [n, 3, rows, columns] in sRGB from 0 to 1,
-    to a map [n, 5, rows / 4, columns / 4]: probability that the centre of an apple is in the cell, its place right of and below the cell's centre in cells, its
-    radius in pixels, and the share of the cell's pixels that show an apple."""
-
-    def __init__(self, colour):
-        super().__init__()
-
-        def conv(inputs, outputs, stride=1, size=3):
-            return nn.Sequential(
-                nn.Conv2d(inputs, outputs, size, stride, size // 2, bias=False), nn.BatchNorm2d(outputs), nn.ReLU()
-            )
-
-        self.second = conv(7 if colour else 4, 24 if colour else 16, 2)
-        self.fourth = nn.Sequential(conv(24 if colour else 16, 32, 2), conv(32, 32), conv(32, 32))
-        self.eighth = nn.Sequential(conv(32, 64, 2), conv(64, 64), conv(64, 64))
-        self.sixteenth = nn.Sequential(conv(64, 96, 2), conv(96, 96), conv(96, 96))
-        self.to_eighth = nn.Sequential(conv(160, 64, 1, 1), conv(64, 64))
-        self.to_quarter = nn.Sequential(conv(96, 48, 1, 1), conv(48, 48))
-        self.head = nn.Conv2d(48, 5, 1)
-        nn.init.constant_(self.head.bias[:1], -4.0)
-        nn.init.constant_(self.head.bias[4:], -2.0)
-        # Slope and offset that make probabilities of the first output.
-        self.calibration = nn.Parameter(torch.tensor([1.0, 0.0]), requires_grad=False)
-
-    @staticmethod
-    def around(x, valid, steps):
-        """Mean depth of the measured pixels around each pixel: over cells of 4 to the power of `steps` pixels and their neighbours."""
-        size = 4**steps
-        total, count = functional.avg_pool2d(x, size), functional.avg_pool2d(valid, size)
-        total, count = (functional.avg_pool2d(t, 3, 1, 1) for t in (total, count))
-        return functional.interpolate(total / (count + 1e-4), scale_factor=size, mode="nearest")
-
-    def features(self, depth, focal):
-        valid = ((depth > NEAR) & (depth < FAR)).to(depth.dtype)
-        z = depth * valid
-        near = torch.clamp((z - self.around(z, valid, 1)) / RELIEF_NEAR, -2.0, 2.0) * valid
-        far = torch.clamp((z - self.around(z, valid, 2)) / RELIEF_FAR, -2.0, 2.0) * valid
-        expected = focal * RADIUS / torch.clamp(z, NEAR, FAR)
-        return torch.cat([valid, near, far, torch.log(expected / TYPICAL_PX) * valid], 1)
-
-    def raw(self, depth, focal, colour=None):
-        features = self.features(depth, focal)
-        if colour is not None:
-            features = torch.cat([features, 4.0 * colour - 2.0], 1)
-        half = self.second(features)
-        quarter = self.fourth(half)
-        eighth = self.eighth(quarter)
-        deep = self.sixteenth(eighth)
-
-        def up(x):
-            return functional.interpolate(x, scale_factor=2, mode="nearest")
-
-        eighth = self.to_eighth(torch.cat([up(deep), eighth], 1))
-        quarter = self.to_quarter(torch.cat([up(eighth), quarter], 1))
-        return self.head(quarter)
-
-    def forward(self, depth, focal, colour=None):
-        y = self.raw(depth, focal.reshape(-1, 1, 1, 1), colour)
-        score = torch.sigmoid(y[:, 0:1] * self.calibration[0] + self.calibration[1])
-        return torch.cat([score, y[:, 1:3], TYPICAL_PX * torch.exp(y[:, 3:4]), torch.sigmoid(y[:, 4:])], 1)
-
-
-def step_of(focal, colour):
+def step_of(focal):
     """Every so many columns and rows of an image are looked at."""
-    return max(1, int(focal * RADIUS / SAMPLED_PX[colour]))
+    return max(1, int(focal * RADIUS / SAMPLED_PX))
 
 
 def thinned(image, step):
@@ -129,7 +64,7 @@ def read(folder, colour):
     k = json.loads((folder / "intrinsics.json").read_text())
     notes = json.loads((folder / "annotations.json").read_text())
     focal = 0.5 * (k["fx"] + k["fy"])
-    step = step_of(focal, colour)
+    step = step_of(focal)
     fruit = {image["id"]: [] for image in notes["images"]}
     for a in notes["annotations"]:
         x, y, z = a["center_camera_m"]
@@ -146,6 +81,10 @@ def read(folder, colour):
 
     with concurrent.futures.ThreadPoolExecutor() as pool:
         yield from pool.map(one, notes["images"])
+
+
+# This script and its networks.
+SCRIPTS = [pathlib.Path(__file__), pathlib.Path(__file__).with_name("detector_network.py")]
 
 
 class Images:
@@ -224,7 +163,55 @@ class Images:
         seen = (fruit[..., :2] > -reach[..., None]).all(-1) & (fruit[..., :2] < SIDE + reach[..., None]).all(-1)
         order = torch.argsort((seen & (fruit[..., 3] > 0)).float(), dim=1, descending=True, stable=True)[:, :MOST]
         fruit = torch.gather(fruit * seen[..., None], 1, order[..., None].expand(-1, -1, 4))
-        return depth[:, None], self.focal[which] * zoom, fruit, shows, colour
+        return with_balls(depth[:, None], self.focal[which] * zoom, fruit, shows, colour, generator)
+
+
+def with_balls(depth, focal, fruit, shows, colour, generator):
+    """Crops, some with a ball of any colour. One of an apple's size counts as an apple; a larger or smaller one is none."""
+    n, device = len(depth), depth.device
+
+    def uniform(low, high, *shape):
+        return low + (high - low) * torch.rand(n, *(shape or (1, 1)), generator=generator, device=device)
+
+    def smooth():
+        coarse = torch.randn(n, 1, SIDE // 4, SIDE // 4, generator=generator, device=device)
+        return functional.interpolate(coarse, scale_factor=4, mode="bilinear")[:, 0]
+
+    kind = uniform(0.0, 1.0)
+    apple = kind < 0.5
+    radius = torch.where(apple, uniform(*BALL_LIKE), torch.where(kind < 0.8, uniform(*BALL_LARGE), uniform(*BALL_SMALL)))
+    u, v = (torch.randint(SIDE, (n, 1, 1), generator=generator, device=device) for _ in range(2))
+    behind = depth[:, 0].flatten(1).gather(1, (v * SIDE + u)[:, :, 0])[:, :, None]
+    z = behind + radius - uniform(*BALL_BEFORE)
+    used = (uniform(0.0, 1.0) < BALLS) & (behind > NEAR) & (z > 0.3)
+    z, f = z.clamp(min=0.3), focal[:, None, None]
+    at = torch.arange(SIDE, device=device)
+    across, down = at[None, None, :] - u, at[None, :, None] - v
+    off = (across.square() + down.square()).float().sqrt() * z / f / radius
+    noise = smooth()
+    front = z - radius * (1.0 - off.square()).clamp(min=0.0).sqrt() + noise * z.square() * uniform(0.0, 0.003)
+    inside = used & (off < 1.0) & ((depth[:, 0] == 0) | (depth[:, 0] > front))
+    # At the rim, and on what is around it, the camera measures nothing.
+    ragged = smooth()
+    rim = off + 0.04 * ragged > uniform(0.85, 1.05)
+    ring = used & (off >= 1.0) & (off + 0.1 * ragged < uniform(0.5, 1.8))
+    measured = torch.where(inside, front * ~rim, depth[:, 0] * ~ring)
+    # What stands behind it is hidden.
+    cell = fruit[..., :2].round().long().clamp(0, SIDE - 1)
+    hidden = inside.flatten(1).gather(1, cell[..., 1] * SIDE + cell[..., 0])
+    fruit = torch.cat([fruit[..., :3], torch.where(hidden, fruit[..., 3].clamp(max=0.05), fruit[..., 3])[..., None]], 2)
+    visible = inside.sum((1, 2)) / (used & (off < 1.0)).sum((1, 2)).clamp(min=1)
+    ball = [u[:, 0, 0], v[:, 0, 0], (f * radius / z)[:, 0, 0], visible * (used & apple)[:, 0, 0]]
+    fruit = torch.cat([fruit, torch.stack(ball, 1)[:, None].float()], 1)
+    shown = apple if colour is not None else apple & ~rim
+    shows = torch.where(inside, shown.float().expand_as(shows), shows)
+    if colour is not None:
+        light = (uniform(-1.0, 1.0) * across + uniform(-1.0, 1.0) * down) * z / f / radius
+        grey = uniform(0.0, 1.0, 1, 1, 1) < 0.3
+        tone = torch.where(grey, uniform(0.5, 1.0, 1, 1, 1), uniform(0.0, 1.0, 3, 1, 1))
+        paint = (tone * (1.0 + 0.4 * light[:, None]) + 0.05 * noise[:, None]).clamp(0.0, 1.0)
+        colour = torch.where(inside[:, None], paint, colour)
+    return measured[:, None], focal, fruit, shows, colour
 
 
 def augmented(colour, background, generator):
@@ -384,7 +371,7 @@ def train(args, device):
     generator = torch.Generator(device).manual_seed(args.seed)
     images, held = (Images(folders, device, args.colour) for folders in (args.data, args.validate))
     print(f"{len(images.depth)} images to train on, {len(held.depth)} to validate", flush=True)
-    network = Detector(args.colour).to(device)
+    network = (ColourDetector() if args.colour else DepthDetector()).to(device)
     optimiser = torch.optim.AdamW(network.parameters(), 2e-3, weight_decay=1e-4)
     rate = torch.optim.lr_scheduler.OneCycleLR(optimiser, 2e-3, args.steps)
     curve = (args.out / "curve.jsonl").open("w")
@@ -419,7 +406,7 @@ def export(network, args, result):
         dynamic_axes={name: sides for name in [*names, "map"] if name != "focal"}, dynamo=False,
     )
     about = {
-        "script_sha256": hashlib.sha256(pathlib.Path(__file__).read_bytes()).hexdigest(),
+        "script_sha256": hashlib.sha256(b"".join(map(pathlib.Path.read_bytes, SCRIPTS))).hexdigest(),
         "network_sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
         "colour": args.colour, "seed": args.seed, "steps": args.steps, "batch": args.batch, "validation": result,
         "data": [json.loads((pathlib.Path(folder) / "manifest.json").read_text())["checksum"] for folder in args.data],

@@ -140,10 +140,12 @@ pub fn detector(given: &OptionValue, camera: &str) -> Result<DetectorConfig, Sce
     }
 }
 
-/// A detector with a network, with the figures of the detector of a camera. One that sees colour finds fruit up to the range of the camera.
+/// A detector with a network, with the figures of the detector of a camera. One whose spheres are those of discs finds fruit up to the range of the camera: a disc is seen where
+/// noise hides the roundness.
 fn learned(name: &str, camera: &str) -> Result<DetectorConfig, String> {
     let mut config = DetectorConfig::named(detector_for(camera))?.with_network(name)?;
-    if let (true, Ok(camera)) = (config.sees_colour(), CameraSpec::named(camera)) {
+    let by_disc = config.network.as_ref().is_some_and(|network| network.disc.is_some());
+    if let (true, Ok(camera)) = (by_disc, CameraSpec::named(camera)) {
         let (near, far) = camera.range();
         let range = &mut config.segmentation.range;
         *range = range.with_ends(near, far)?;
@@ -167,15 +169,18 @@ pub fn detector_for(camera: &str) -> &'static str {
     detectors().into_iter().find(|name| *name == camera).unwrap_or("paper")
 }
 
-/// Returns the name of the default detector of a camera whose images have colour: the network that sees it, for a camera whose own detector tells a score; else [`detector_for`].
-pub fn colour_detector_for(camera: &str) -> &'static str {
+/// Returns the name of the default detector of a camera for images from files, with or without `colour`: the network that sees them, for a camera whose own detector tells a
+/// score; else [`detector_for`].
+pub fn image_detector_for(camera: &str, colour: bool) -> &'static str {
     let own = detector_for(camera);
     let has_score = DetectorConfig::named(own).is_ok_and(|own| own.score.on);
-    if has_score { SEES_COLOUR } else { own }
+    let [depth_alone, sees_colour] = LEARNED;
+    match (has_score, colour) {
+        (false, _) => own,
+        (true, false) => depth_alone,
+        (true, true) => sees_colour,
+    }
 }
-
-/// The network of [`LEARNED`] that sees colour.
-const SEES_COLOUR: &str = LEARNED[1];
 
 /// The world's config and its layers.
 fn world(options: &Options) -> Result<(Spec, Layers), ScenarioError> {

@@ -60,12 +60,12 @@ struct Product<'a> {
 impl WithSimd for Product<'_> {
     type Output = ();
 
-    /// A tile has two vectors of columns, and at least eight columns.
+    /// Columns of a tile, by measurement: with AVX2 16 columns give 52 products a nanosecond, 8 give 43, 32 give 24. With AVX-512 8 give 44; 16 give 1.6, because Rust 1.95 keeps
+    /// the sums in memory.
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         match S::F32_LANES {
-            16.. => self.compute::<32>(),
-            8.. => self.compute::<16>(),
+            8 => self.compute::<16>(),
             _ => self.compute::<8>(),
         }
     }
@@ -144,7 +144,6 @@ mod tests {
             let widths = [
                 whole(&|product| product.compute::<8>()),
                 whole(&|product| product.compute::<16>()),
-                whole(&|product| product.compute::<32>()),
                 whole(&|product| Arch::new().dispatch(product)),
             ];
             for i in 0..rows {

@@ -18,7 +18,7 @@ use orchard_perception::{
 use serde::Serialize;
 
 use self::census::Census;
-use self::input::Input;
+use self::input::{Input, Look};
 use self::regions::Found;
 use crate::failure::Failure;
 use crate::picture_file;
@@ -34,13 +34,13 @@ use crate::picture_file;
                   The result is JSON in metres and pixels; p_camera is the centre of a fruit with x right, y down and z\n\
                   forward. With --camera-height, pixels of level ground are left out; --up is the vertical in the camera's\n\
                   axes, 0,-1,0 for a level camera. Detections are sorted by score, the probability that a sphere is a fruit; with\n\
-                  --boxes, --masks or --onnx it is that detector's score if there is one. --camera NAME takes the detector made for a real camera;\n\
-                  with --colour that is learned-colour, a network that looks at colour as well.\n\
+                  --boxes, --masks or --onnx it is that detector's score if there is one. --camera NAME takes the network learned, with the\n\
+                  figures of a real camera; with --colour learned-colour, a network that looks at colour as well.\n\
                   Measured shares, refusals by gate and warnings go to the error output and into the result (image).\n\
                   docs/perception.md is for users of real images, docs/computation/perception.md defines score and gates.\n\n\
                   Examples:\n  orchard detect --depth depth.png --intrinsics camera.json\n  \
                   orchard detect --depth depth.png --intrinsics camera.json --camera azure-kinect --picture seen.png --all\n  \
-                  orchard detect --depth depth.png --intrinsics camera.json --camera d435i --detector learned\n  \
+                  orchard detect --depth depth.png --intrinsics camera.json --detector d435i\n  \
                   orchard detect --depth d.png --intrinsics k.json --camera azure-kinect --colour c.jpg --picture seen.png\n  \
                   orchard detect --depth d.tiff --intrinsics info.yaml --camera d435i --boxes yolo.json --colour c.jpg --picture seen.png\n  \
                   orchard detect --depth depth.png --intrinsics camera.json --range 0.4,2.5 --radius 0.02,0.045\n  \
@@ -144,9 +144,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(file) = &args.bag.mcap {
         return bag::run(&args.bag, file, &args.input, &args.regions, &args.out);
     }
-    // Where another detector says where fruit are, the fit looks at depth alone.
-    let by_colour = args.input.colour.is_some() && !args.regions.given();
-    let input = args.input.read(by_colour)?;
+    let look = Look::at(args.input.colour.is_some(), args.regions.given());
+    let input = args.input.read(look)?;
     let unused = args.picture.is_none() && !args.regions.use_colour() && !input.config.sees_colour();
     if let Some(file) = args.input.colour.as_ref().filter(|_| unused) {
         let problem = "needs --picture, --onnx or a detector that sees colour";
@@ -176,7 +175,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let report = Report {
         format: FORMAT,
         schema_version: SCHEMA_VERSION,
-        config: args.input.detector_name(by_colour).to_owned(),
+        config: args.input.detector_name(look).to_owned(),
         image: census,
         regions: regions
             .as_ref()

@@ -18,7 +18,7 @@ use orchard_recording::bag::{
 
 use self::image::{Colour, Depth};
 use super::census::Census;
-use super::input::{Input, InputArgs, bad};
+use super::input::{Input, InputArgs, Look, bad};
 use super::regions::RegionArgs;
 use crate::failure::Failure;
 
@@ -114,9 +114,9 @@ pub fn run(
     }
     options.check_unit()?;
     let network = regions.network()?;
-    let by_colour = args.colour_topic.is_some() && network.is_none();
-    let config = options.detector(by_colour)?;
-    let topics = args.topics(config.sees_colour() || network.is_some(), options.detector_name(by_colour))?;
+    let look = Look::at(args.colour_topic.is_some(), network.is_some());
+    let config = options.detector(look)?;
+    let topics = args.topics(config.sees_colour() || network.is_some(), options.detector_name(look))?;
     let overview = Overview::read(file, &topics)?;
     let within = pairs::nanoseconds(args.colour_within);
     let mut finder = Finder {

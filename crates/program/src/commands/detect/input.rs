@@ -42,8 +42,8 @@ pub struct InputArgs {
     /// Mask of pixels to ignore, such as the robot's: 1-bit or 8-bit grey PNG; black pixels are kept
     #[arg(long, value_name = "MASK.png")]
     pub mask: Option<PathBuf>,
-    /// Detector, or a file of changed figures or of a network of your own; `orchard detectors` lists the detectors [default: that of --camera, or learned-colour for a
-    /// camera with --colour or --colour-topic; paper without a camera]
+    /// Detector, or a file of changed figures or of a network of your own; `orchard detectors` lists the detectors [default: with a --camera
+    /// learned, with --colour or --colour-topic learned-colour, with --boxes, --masks or --onnx that of the camera's name; paper without a camera]
     #[arg(long = "detector", alias = "config", value_name = "NAME|FILE.toml")]
     config: Option<String>,
     /// Camera that took the image, for its detector, or the figures of its noise for a detector with a network: d435i, d435i-aligned, zed-mini,
@@ -57,6 +57,28 @@ pub struct InputArgs {
     #[arg(long, value_name = "X,Y,Z", default_value = "0,-1,0", allow_hyphen_values = true,
           requires = "camera_height", value_parser = vertical)]
     pub up: Vec3,
+}
+
+/// What a detector looks at.
+#[derive(Clone, Copy)]
+pub enum Look {
+    /// A depth image.
+    Depth,
+    /// A depth image and the colour image to it.
+    Colour,
+    /// Regions of a depth image in which another detector found fruit.
+    Regions,
+}
+
+impl Look {
+    /// With `regions` colour is for the detector that finds them.
+    pub fn at(colour: bool, regions: bool) -> Self {
+        match (regions, colour) {
+            (true, _) => Self::Regions,
+            (false, true) => Self::Colour,
+            (false, false) => Self::Depth,
+        }
+    }
 }
 
 /// The parsed input files.
@@ -80,22 +102,23 @@ const UNITS: std::ops::RangeInclusive<f64> = 1e-9..=1.0;
 const HEIGHTS: std::ops::RangeInclusive<f64> = -100.0..=100.0;
 
 impl InputArgs {
-    /// Name or file of the detector; by default that of the camera, which may be one `by_colour`.
-    pub fn detector_name(&self, by_colour: bool) -> &str {
+    /// Name or file of the detector; by default the camera's for what is looked at.
+    pub fn detector_name(&self, look: Look) -> &str {
         let camera = self.camera.as_deref().unwrap_or_default();
-        let of_camera = || match by_colour {
-            true => orchard_scenario::colour_detector_for(camera),
-            false => orchard_scenario::detector_for(camera),
+        let of_camera = || match look {
+            Look::Depth => orchard_scenario::image_detector_for(camera, false),
+            Look::Colour => orchard_scenario::image_detector_for(camera, true),
+            Look::Regions => orchard_scenario::detector_for(camera),
         };
         self.config.as_deref().unwrap_or_else(of_camera)
     }
 
     /// The detector of `--camera` or `--detector`.
-    pub fn detector(&self, by_colour: bool) -> Result<DetectorConfig, Failure> {
+    pub fn detector(&self, look: Look) -> Result<DetectorConfig, Failure> {
         if let Some(camera) = &self.camera {
             CameraSpec::named(camera).map_err(|e| Failure::BadInput(format!("--camera {camera}: {e}")))?;
         }
-        let given = OptionValue::new(self.detector_name(by_colour), "--detector");
+        let given = OptionValue::new(self.detector_name(look), "--detector");
         let camera = self.camera.as_deref().unwrap_or_default();
         let mut config =
             orchard_scenario::detector(&given, camera).map_err(|e| Failure::BadInput(e.to_string()))?;
@@ -124,7 +147,7 @@ impl InputArgs {
     }
 
     /// Reads all files; an error names the option, file, field and range.
-    pub fn read(&self, by_colour: bool) -> Result<Input, Failure> {
+    pub fn read(&self, look: Look) -> Result<Input, Failure> {
         let (Some(depth_file), Some(intrinsics_file)) = (&self.depth, &self.intrinsics) else {
             return Err(Failure::BadInput("--depth and --intrinsics are needed".to_owned()));
         };
@@ -132,7 +155,7 @@ impl InputArgs {
         if let Some(height) = self.camera_height {
             within("--camera-height", height, &HEIGHTS)?;
         }
-        let config = self.detector(by_colour)?;
+        let config = self.detector(look)?;
         let raw =
             depth_image::read(&bytes("--depth", depth_file)?).map_err(|e| bad("--depth", depth_file, e))?;
         let text = orchard_input::text(intrinsics_file, orchard_input::CONFIG)
@@ -146,7 +169,7 @@ impl InputArgs {
         let mut depth = raw.depth(unit).map_err(|e| bad("--depth", depth_file, e))?;
         let mut colour = self.read_colour(&intrinsics)?;
         if config.sees_colour() && colour.is_none() {
-            let name = self.detector_name(by_colour);
+            let name = self.detector_name(look);
             return Err(Failure::BadInput(format!(
                 "--detector {name}: it looks at colour; --colour IMAGE is needed"
             )));

@@ -95,7 +95,11 @@ fn a_camera_brings_its_detector() {
     let at = |name: &str| folder.path().join(name).display().to_string();
     view(folder.path());
     let files = format!("--depth {} --intrinsics {}", at("depth.png"), at("camera.json"));
-    for (camera, detector) in [("azure-kinect", "azure-kinect"), ("d435i", "d435i"), ("ideal", "paper")] {
+    std::fs::write(at("boxes.json"), r#"[{"image_id": 1, "bbox": [10, 10, 20, 20], "score": 0.9}]"#).unwrap();
+    let boxes = format!("d435i --boxes {}", at("boxes.json"));
+    for (camera, detector) in
+        [("azure-kinect", "learned"), ("d435i", "learned"), (&boxes, "d435i"), ("ideal", "paper")]
+    {
         command(&format!("{files} --camera {camera} --out {}", at("found.json"))).unwrap();
         let text = std::fs::read_to_string(folder.path().join("found.json")).unwrap();
         let json: serde_json::Value = serde_json::from_str(&text).unwrap();
