@@ -84,4 +84,16 @@ mod tests {
         let below = path.join("x");
         assert!(AtomicFile::begin(&below).unwrap_err().to_string().contains("file"));
     }
+
+    /// A socket stands for a device here: `/dev/null` is not for tests to lose.
+    #[cfg(unix)]
+    #[test]
+    fn a_device_is_not_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("socket");
+        let _socket = std::os::unix::net::UnixListener::bind(&path).unwrap();
+        let refused = AtomicFile::begin(&path).unwrap_err().to_string();
+        assert!(refused.contains("socket") && refused.contains("give a file"), "{refused}");
+        assert!(!std::fs::metadata(&path).unwrap().is_file());
+    }
 }

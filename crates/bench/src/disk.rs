@@ -60,8 +60,13 @@ pub(crate) fn create_folders(path: &Path) -> io::Result<()> {
     fs::create_dir_all(path)
 }
 
-/// Begins a file in the folder of a path, whose name it will take later. Dropped before, it is gone.
+/// Begins a file in the folder of a path, whose name it will take later. Dropped before, it is gone. A device, pipe or socket of that name is refused, because a file would take its
+/// place: `--out /dev/null` of an administrator would end the machine's null device.
 pub(crate) fn begin(path: &Path) -> io::Result<NamedTempFile> {
+    if fs::metadata(path).is_ok_and(|there| !there.is_file() && !there.is_dir()) {
+        let problem = "it is a device, a pipe or a socket, which a file would replace; give a file";
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, problem));
+    }
     let folder = folder_of(path);
     #[cfg(any(test, feature = "faults"))]
     faults::before(folder, Operation::Begin)?;
