@@ -140,13 +140,15 @@ pub fn detector(given: &OptionValue, camera: &str) -> Result<DetectorConfig, Sce
     }
 }
 
-/// A detector with a network, with the figures of the detector of a camera. One whose spheres are those of discs finds fruit up to the range of the camera: a disc is seen where
-/// noise hides the roundness.
+/// A detector with a network, with the figures of the detector of a camera. One whose spheres are those of discs finds fruit up to the range of the camera, if that ends: a disc is seen
+/// where noise hides the roundness.
 fn learned(name: &str, camera: &str) -> Result<DetectorConfig, String> {
     let mut config = DetectorConfig::named(detector_for(camera))?.with_network(name)?;
     let by_disc = config.network.as_ref().is_some_and(|network| network.disc.is_some());
-    if let (true, Ok(camera)) = (by_disc, CameraSpec::named(camera)) {
-        let (near, far) = camera.range();
+    let of_camera = CameraSpec::named(camera).map(|camera| camera.range());
+    if let (true, Ok((near, far))) = (by_disc, of_camera)
+        && far.is_finite()
+    {
         let range = &mut config.segmentation.range;
         *range = range.with_ends(near, far)?;
     }

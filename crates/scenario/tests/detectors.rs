@@ -87,7 +87,8 @@ fn own_networks_are_read_from_files() {
     assert_eq!(again.detector(), scenario.detector());
 }
 
-/// The detector with a network fits with the figures of the camera's own detector, or of `scored` where that one has no score; it follows a change of the camera.
+/// The detector with a network fits with the figures of the camera's own detector, or of `scored` where that one has no score, up to the range of the camera; it follows a change of
+/// the camera.
 #[test]
 fn the_network_goes_with_every_camera() {
     let learned = |camera: &str| {
@@ -97,7 +98,14 @@ fn the_network_goes_with_every_camera() {
     assert!(network.is_some());
     for (name, _) in CameraSpec::FILES {
         let own = DetectorConfig::named(orchard_scenario::detector_for(name)).unwrap();
-        let fit = if own.score.on { own } else { DetectorConfig::named("scored").unwrap() };
+        let mut fit = if own.score.on { own } else { DetectorConfig::named("scored").unwrap() };
+        let (near, far) = CameraSpec::named(name).unwrap().range();
+        // The exact camera `ideal` sees without end.
+        assert_eq!(far.is_finite(), *name != "ideal");
+        if far.is_finite() {
+            let range = &mut fit.segmentation.range;
+            *range = range.with_ends(near, far).unwrap();
+        }
         assert_eq!(learned(name), DetectorConfig { network: network.clone(), ..fit }, "{name}");
     }
     let options = Options { detector: Some(OptionValue::new("learned", "--detector")), ..Options::default() };
