@@ -196,7 +196,7 @@ def with_balls(depth, focal, fruit, shows, colour, generator):
     rim = off + 0.04 * ragged > uniform(0.85, 1.05)
     ring = used & (off >= 1.0) & (off + 0.1 * ragged < uniform(0.5, 1.8))
     measured = torch.where(inside, front * ~rim, depth[:, 0] * ~ring)
-    # What stands behind it is hidden.
+    # An apple behind the ball counts neither way.
     cell = fruit[..., :2].round().long().clamp(0, SIDE - 1)
     hidden = inside.flatten(1).gather(1, cell[..., 1] * SIDE + cell[..., 0])
     fruit = torch.cat([fruit[..., :3], torch.where(hidden, fruit[..., 3].clamp(max=0.05), fruit[..., 3])[..., None]], 2)

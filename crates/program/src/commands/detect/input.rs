@@ -59,7 +59,7 @@ pub struct InputArgs {
     pub up: Vec3,
 }
 
-/// What a detector looks at.
+/// The images that a detector searches; its default depends on them.
 #[derive(Clone, Copy)]
 pub enum Look {
     /// A depth image.
@@ -71,7 +71,7 @@ pub enum Look {
 }
 
 impl Look {
-    /// With `regions` colour is for the detector that finds them.
+    /// With `regions` the colour image is for the detector that found them; the fit inside them takes depth alone.
     pub fn at(colour: bool, regions: bool) -> Self {
         match (regions, colour) {
             (true, _) => Self::Regions,
@@ -102,7 +102,7 @@ const UNITS: std::ops::RangeInclusive<f64> = 1e-9..=1.0;
 const HEIGHTS: std::ops::RangeInclusive<f64> = -100.0..=100.0;
 
 impl InputArgs {
-    /// Name or file of the detector; by default the camera's for what is looked at.
+    /// Name or file of the detector. Without `--detector` it follows from the camera and the images.
     pub fn detector_name(&self, look: Look) -> &str {
         let camera = self.camera.as_deref().unwrap_or_default();
         let of_camera = || match look {
