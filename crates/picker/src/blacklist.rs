@@ -1,13 +1,24 @@
 //! Blacklist: positions of failed attempts, which are not tried again for a while.
 
 use crate::config::BlacklistConfig;
+use crate::plan::Target;
 use crate::record::FailureReason;
 use orchard_geometry::Vec3;
 
 #[derive(Debug, Clone, PartialEq)]
 struct Entry {
     p_odom: Vec3,
+    /// Distance within which a position counts as the same fruit \[m\].
+    radius: f64,
     until: f64,
+    /// True of a fruit that others hem in: those are tried, and it is remembered for good.
+    hemmed_in: bool,
+}
+
+impl Entry {
+    fn is_at(&self, p_odom: &Vec3) -> bool {
+        (self.p_odom - p_odom).norm() <= self.radius
+    }
 }
 
 /// Positions of failed targets.
@@ -22,13 +33,16 @@ impl Blacklist {
         Self { config: config.clone(), entries: Vec::new() }
     }
 
-    /// Adds a position; a failure that would repeat stays longer on the list.
-    pub fn add(&mut self, p_odom: Vec3, reason: FailureReason, time: f64) {
+    /// Adds a target (odom); a failure that would repeat stays longer on the list.
+    pub fn add(&mut self, target: &Target, reason: FailureReason, time: f64) {
         use FailureReason as R;
         let duration = match reason {
-            R::NoFruitAtDetection | R::StemTooStrong | R::Slipped | R::KnockedOffByArm | R::MissedBucket => {
-                &self.config.long
-            }
+            R::NoFruitAtDetection
+            | R::StemTooStrong
+            | R::Slipped
+            | R::KnockedOffByArm
+            | R::MissedBucket
+            | R::HemmedIn => &self.config.long,
             R::Unreachable
             | R::ReachStalled
             | R::GraspUnreachable
@@ -40,13 +54,51 @@ impl Blacklist {
             | R::HandStuck
             | R::ArmLoaded => &self.config.short,
         };
-        self.entries.retain(|e| e.until > time);
-        self.entries.push(Entry { p_odom, until: time + duration.si() });
+        let hemmed_in = reason == R::HemmedIn;
+        let radius = if hemmed_in { target.radius } else { self.config.radius.si() };
+        self.entries.retain(|e| e.until > time || e.hemmed_in);
+        self.entries.push(Entry { p_odom: target.p, radius, until: time + duration.si(), hemmed_in });
+    }
+
+    /// Forgets the fruit that were hemmed in within a distance \[m\] of a fruit that is gone.
+    pub fn free_around(&mut self, p_odom: &Vec3, distance: f64) {
+        self.entries.retain(|e| !e.hemmed_in || (e.p_odom - p_odom).norm() > distance);
     }
 
     /// True if a position is on the list at a time \[s\].
     pub fn contains(&self, p_odom: &Vec3, time: f64) -> bool {
-        let radius = self.config.radius.si();
-        self.entries.iter().any(|e| e.until > time && (e.p_odom - p_odom).norm() <= radius)
+        self.entries.iter().any(|e| e.until > time && e.is_at(p_odom))
+    }
+
+    /// True of a fruit that is still hemmed in, though the others had their turn.
+    pub fn has_waited(&self, p_odom: &Vec3, time: f64) -> bool {
+        self.entries.iter().any(|e| e.hemmed_in && e.until <= time && e.is_at(p_odom))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::expert::ExpertConfig;
+
+    /// A fruit that others hem in waits while its neighbours do not; it is free once a neighbour is picked, and has waited once its time is over.
+    #[test]
+    fn a_fruit_that_is_hemmed_in_waits_for_its_neighbours() {
+        let config = ExpertConfig::preset().shared.blacklist;
+        let inner = Target { p: Vec3::new(1.0, 0.0, 1.0), radius: 0.03 };
+        let p_neighbour = inner.p + Vec3::y() * 0.065;
+        let mut list = Blacklist::new(&config);
+        list.add(&inner, FailureReason::HemmedIn, 10.0);
+        assert!(list.contains(&inner.p, 11.0) && !list.contains(&p_neighbour, 11.0));
+        assert!(!list.has_waited(&inner.p, 11.0));
+        let late = 10.0 + config.long.si();
+        assert!(!list.contains(&inner.p, late) && list.has_waited(&inner.p, late));
+        list.free_around(&p_neighbour, 0.06);
+        assert!(list.contains(&inner.p, 11.0), "too far away");
+        list.free_around(&p_neighbour, 0.07);
+        assert!(!list.contains(&inner.p, 11.0) && !list.has_waited(&inner.p, late));
+        // Any other failure holds for the fruit beside it too.
+        list.add(&inner, FailureReason::Slipped, 10.0);
+        assert!(list.contains(&p_neighbour, 11.0) && !list.has_waited(&p_neighbour, late));
     }
 }

@@ -424,7 +424,7 @@ impl PickerCore {
         self.record.events.push(Event::AttemptEnded { time: robot.time, id: attempt.id, end });
         self.perception.tracker.forget(attempt.track);
         if let AttemptEnd::Failed(reason) = end {
-            self.blacklist.add(attempt.target.p, reason, robot.time);
+            self.blacklist.add(&attempt.target, reason, robot.time);
         }
         Some(attempt)
     }

@@ -63,6 +63,8 @@ pub enum FailureReason {
     HandStuck,
     /// A load lay on the arm.
     ArmLoaded,
+    /// Other fruit hang in the way of the fingers.
+    HemmedIn,
 }
 
 /// End of an attempt, as the controller believes.

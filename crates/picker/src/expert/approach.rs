@@ -209,7 +209,22 @@ impl ExpertPicker {
             reach.cleared = true;
             return Next::Stay(Phase::Reach(reach), STILL);
         }
+        if self.is_hemmed_in(robot) {
+            return Next::Fail(FailureReason::HemmedIn);
+        }
         self.home_in(reach.views, reach.failed, robot)
+    }
+
+    /// True if the open fingers would touch other fruit, and those have not had their turn yet. An assigned target is tried in any case.
+    fn is_hemmed_in(&self, robot: &RobotState) -> bool {
+        let (Some(target), Some(attempt)) = (self.core.target_base(robot), &self.core.attempt) else {
+            return false;
+        };
+        if self.core.task.is_some() || self.core.blacklist.has_waited(&attempt.target.p, robot.time) {
+            return false;
+        }
+        let others = self.core.others(attempt.track, &robot.x_odom_base);
+        self.core.search(&target, &[], &others).brushed(&attempt.plan.rotation) > 0
     }
 
     /// Changes to an approach on which the open fingers touch fewer of the fruit seen from near by, if there is one. Returns true if it did.

@@ -130,7 +130,9 @@ impl ExpertPicker {
 
     /// Ends the attempt: the fruit is in the bucket, and the arm rises.
     fn deposited(&mut self, robot: &RobotState) -> Next {
-        self.core.conclude(robot, AttemptEnd::Deposited);
+        if let Some(attempt) = self.core.conclude(robot, AttemptEnd::Deposited) {
+            self.core.blacklist.free_around(&attempt.target.p, self.config.homing.freed.si());
+        }
         self.leave_bucket(robot);
         self.slots.fill();
         Next::Enter(Phase::Retreat(Retreat::from_bucket(robot)))

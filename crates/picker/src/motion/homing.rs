@@ -53,6 +53,8 @@ section! {
         other_angle: Quantity,
         /// Largest turn of the approach, at the look posture, that clears the fingers of other fruit.
         clear_angle: Quantity,
+        /// Distance from a picked fruit within which a fruit that was hemmed in is tried again.
+        freed: Quantity,
         /// Number of tries at one target.
         tries: Count,
     }
