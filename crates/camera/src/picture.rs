@@ -18,6 +18,7 @@ use crate::{Geometry, Item, Scene};
 use light::Lighting;
 use material::Palette;
 use orchard_geometry::{DepthImage, Image, Intrinsics, Pose, Shape, Vec3, math};
+use orchard_spec::light::LightSpec;
 use std::sync::LazyLock;
 
 /// Light and image quality of a picture.
@@ -40,6 +41,18 @@ pub struct PictureStyle {
 }
 
 impl PictureStyle {
+    /// Returns the style under a world's light; without one it stays as it is.
+    #[must_use]
+    pub fn under(self, light: Option<&LightSpec>) -> Self {
+        let Some(LightSpec { sun_azimuth, sun_elevation, sun_strength, overcast }) = light else { return self };
+        Self {
+            sun_world: sun_direction(sun_azimuth.si(), sun_elevation.si()),
+            sun_strength: sun_strength.si(),
+            overcast: overcast.si(),
+            ..self
+        }
+    }
+
     /// A colour image of a camera on a robot, which a detector looks at: four samples a pixel, each object of it lit once, and coarse shadows. Our own choice, for speed.
     pub fn of_camera() -> Self {
         let shadows = ShadowMaps { sun: 1024, sky: 128 };

@@ -1,7 +1,8 @@
 //! Settings of a data set and their defaults.
 
-use orchard_camera::picture::{PictureStyle, ShadowMaps, sun_direction};
+use orchard_camera::picture::{PictureStyle, ShadowMaps};
 use orchard_quantity::{ConfigError, Count, Quantity, from_toml};
+use orchard_spec::light::LightSpec;
 use serde::{Deserialize, Serialize};
 
 /// The defaults as TOML text.
@@ -20,21 +21,7 @@ pub struct DatasetConfig {
     /// Pixels per side of the map of each part of the sky.
     pub sky_map: Count,
     /// The light of the colour images.
-    pub light: LightDial,
-}
-
-/// Light of the colour images; no photometric model.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct LightDial {
-    /// Azimuth of the sun from the world's x axis, counter-clockwise seen from above.
-    pub sun_azimuth: Quantity,
-    /// Elevation of the sun over the horizon.
-    pub sun_elevation: Quantity,
-    /// Strength of the sun relative to the sky's.
-    pub sun_strength: Quantity,
-    /// Part of the sky that cloud covers.
-    pub overcast: Quantity,
+    pub light: LightSpec,
 }
 
 impl DatasetConfig {
@@ -59,14 +46,11 @@ impl DatasetConfig {
 
     /// Style of the colour images.
     pub fn style(&self) -> PictureStyle {
-        let LightDial { sun_azimuth, sun_elevation, sun_strength, overcast } = &self.light;
-        PictureStyle {
-            sun_world: sun_direction(sun_azimuth.si(), sun_elevation.si()),
-            sun_strength: sun_strength.si(),
-            overcast: overcast.si(),
+        let style = PictureStyle {
             shadows: ShadowMaps { sun: self.sun_map.get() as usize, sky: self.sky_map.get() as usize },
             supersampling: self.supersampling.get() as usize,
             ..PictureStyle::default()
-        }
+        };
+        style.under(Some(&self.light))
     }
 }

@@ -14,7 +14,7 @@ mod tables;
 mod tests;
 mod tree;
 
-pub use config::{DatasetConfig, LightDial, PAPER_TOML};
+pub use config::{DatasetConfig, PAPER_TOML};
 pub use error::DatasetError;
 pub use folder::Folder;
 pub use recipe::{Plan, Recipe, Seeds};

@@ -7,11 +7,12 @@ use orchard_camera::picture::PictureStyle;
 use orchard_geometry::Intrinsics;
 use orchard_scenario::Scenario;
 use orchard_spec::camera::CameraSpec;
+use orchard_spec::light::LightSpec;
 use orchard_tasks::protocol::Protocol;
 use orchard_tasks::vantage::VantageSpec;
 use serde::Serialize;
 
-use crate::config::{DatasetConfig, LightDial};
+use crate::config::DatasetConfig;
 use crate::error::{DatasetError, MOST_VIEWS};
 
 /// Version of the layout of a data set's files.
@@ -101,7 +102,7 @@ impl Plan {
         let sensor = Sensor::new(&spec.camera);
         let sensor = intrinsics.map_or(sensor.clone(), |intrinsics| sensor.with_intrinsics(intrinsics));
         check_samples(sensor.intrinsics(), config.supersampling.get())?;
-        let LightDial { sun_azimuth, sun_elevation, sun_strength, overcast } = &config.light;
+        let LightSpec { sun_azimuth, sun_elevation, sun_strength, overcast } = &config.light;
         let (near, far) = spec.camera.range();
         let recipe = Recipe {
             schema_version: SCHEMA_VERSION,

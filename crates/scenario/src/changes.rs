@@ -19,6 +19,9 @@ pub struct Changes {
     /// Name of the camera; its detector comes with it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub camera: Option<String>,
+    /// Name of the detector, instead of the camera's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub detector: Option<String>,
     /// Name of the robot.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub robot: Option<String>,
@@ -61,10 +64,10 @@ impl Changes {
 }
 
 impl Scenario {
-    /// Returns the scenario with changes; `by` names them in errors. The detector goes with the camera, unless the scenario has one of its own.
+    /// Returns the scenario with changes; `by` names them in errors. The detector goes with the camera, unless the scenario has one of its own or the changes name one.
     ///
     /// # Errors
-    /// As [`Changes::of_world`], or an unknown robot.
+    /// As [`Changes::of_world`], or an unknown detector or robot.
     pub fn changed(&self, changes: &Changes, by: &str) -> Result<Self, ScenarioError> {
         let mut scene = self.names.scene.clone();
         let mut changed = self.with_spec(changes.of_world(&self.spec, by)?);
@@ -80,6 +83,10 @@ impl Scenario {
                 changed.detector = detector(&OptionValue::new(&scene.detector, by), camera)?;
             }
             scene.camera.clone_from(camera);
+        }
+        if let Some(name) = &changes.detector {
+            changed.detector = detector(&OptionValue::new(name, format!("{by}: detector")), &scene.camera)?;
+            scene.detector.clone_from(name);
         }
         if let Some(name) = &changes.robot {
             let found = robot::find(&OptionValue::new(name, format!("{by}: robot")))?;

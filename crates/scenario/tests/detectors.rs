@@ -111,8 +111,15 @@ fn the_network_goes_with_every_camera() {
     let options = Options { detector: Some(OptionValue::new("learned", "--detector")), ..Options::default() };
     let scenario = Scenario::resolve(&options, &orchard_scenario::controllers()).unwrap();
     assert_eq!(*scenario.detector(), learned("paper"));
-    let changes = Changes { camera: Some("d435i".to_owned()), ..Changes::default() };
+    let mut changes = Changes { camera: Some("d435i".to_owned()), ..Changes::default() };
     assert_eq!(*scenario.changed(&changes, "test").unwrap().detector(), learned("d435i"));
+    // Changes may name a detector themselves; it is made for the new camera.
+    changes.detector = Some("learned-colour".to_owned());
+    let changed = scenario.changed(&changes, "test").unwrap();
+    assert!(changed.detector().sees_colour() && changed.names().scene.detector == "learned-colour");
+    changes.detector = Some("eyes".to_owned());
+    let e = scenario.changed(&changes, "condition x").unwrap_err().to_string();
+    assert!(e.starts_with("condition x: detector") && e.contains("eyes"), "{e}");
 }
 
 /// A world of a detector that looks at colour takes a colour image with each depth image; another takes none.

@@ -14,6 +14,7 @@ pub mod episode;
 pub mod fault;
 pub mod foliage;
 pub mod fruit;
+pub mod light;
 pub mod randomisation;
 pub mod scenery;
 pub mod sensing;
@@ -62,6 +63,9 @@ pub struct Spec {
     /// Errors and delays of the robot's sensors; absent for exact ones without delay.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sensing: Option<sensing::SensingSpec>,
+    /// Light of colour images; absent for a clear day.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub light: Option<light::LightSpec>,
     /// A fault of sensors or hand, or a limb that falls; absent if nothing fails.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fault: Option<fault::FaultSpec>,

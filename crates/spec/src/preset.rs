@@ -90,11 +90,12 @@ const CAMERA: &str = "camera";
 type Bases = &'static [(&'static str, &'static str)];
 
 /// Parts of a world that come with the crate: path of their table, and its bases.
-const PARTS: [(&[&str], Bases); 5] = [
+const PARTS: [(&[&str], Bases); 6] = [
     (&["fruit", "stem"], &[("measured", include_str!("../configs/stem/measured.toml"))]),
     (&["fruit", "cluster"], &[("measured", include_str!("../configs/cluster/measured.toml"))]),
     (&["wind"], &[("measured", include_str!("../configs/wind/measured.toml"))]),
     (&["sensing"], &[("ideal", include_str!("../configs/sensing/ideal.toml"))]),
+    (&["light"], &[("day", include_str!("../configs/light/day.toml"))]),
     (&["fault"], &[("standard", include_str!("../configs/fault/standard.toml"))]),
 ];
 
@@ -255,6 +256,13 @@ mod tests {
         let long = "[sensing]\nbase = 'ideal'\ncamera_delay = { value = 11, range = [0, 99], unit = 's', source = 'x' }";
         let e = laid(long).unwrap_err().to_string();
         assert_eq!(e, "x.toml: sensing.camera_delay: 11 is outside the range [0, 10] s of a delay");
+        let low = "[light]\nbase = 'day'\nsun_elevation = { value = 8, range = [0, 90], unit = 'deg', source = 'x' }";
+        let light = laid(low).unwrap().light.unwrap();
+        assert_eq!((light.sun_elevation.value(), light.sun_strength.value()), (8.0, 1.0));
+        let e = laid("[light]\nbase = 'night'").unwrap_err().to_string();
+        assert_eq!(e, "x.toml: light.base: no light 'night'; the lights are: day");
+        let e = laid(&low.replace("value = 8", "value = 95")).unwrap_err().to_string();
+        assert!(e.starts_with("x.toml: light.sun_elevation"), "{e}");
         let fault = |rest: &str| laid(&format!("[fault]\nbase = 'standard'\n{rest}"));
         let dead = fault("kind = 'camera_dead'").unwrap().fault.unwrap();
         assert!(dead.lasts(dead.from.si()) && !dead.lasts(dead.until.si()));

@@ -149,3 +149,38 @@ fn colour_shows_the_moment_of_its_depth_image() {
     world.restore(&saved).unwrap();
     assert_eq!(world.camera_truth().unwrap().colour.as_ref(), Some(&colour));
 }
+
+/// The light of a world's config changes its colour images, and neither their depth nor the motion; the day's own light is a clear day.
+#[test]
+fn light_changes_colour_alone() {
+    let seen = |light: &str| {
+        let laid = world(0.0, 20.0).spec().overlaid("test", toml::from_str(light).unwrap()).unwrap();
+        let mut world = World::new(Arc::new(laid), Arc::new(RobotModel::paper()), 3, 0).unwrap();
+        world.deliver_colour(true);
+        observe_until(&mut world, 6)
+    };
+    let lit = |figure: &str, value: f64, unit: &str| {
+        let figure =
+            format!("{figure} = {{ value = {value}, range = [0, 90], unit = '{unit}', source = 'x' }}");
+        seen(&format!("[light]\nbase = 'day'\n{figure}"))
+    };
+    let brightness = |seen: &[Observation]| {
+        let colour = seen[0].colour.as_deref().unwrap();
+        let pixels = colour.pixels().as_flattened();
+        pixels.iter().map(|x| f64::from(*x)).sum::<f64>() / pixels.len() as f64
+    };
+    let plain = seen("");
+    let day = brightness(&plain);
+    assert!((brightness(&seen("[light]\nbase = 'day'")) - day).abs() < 1.0, "a clear day");
+    for (other, least) in [
+        (lit("sun_elevation", 5.0, "deg"), 5.0),
+        (lit("overcast", 1.0, "1"), 5.0),
+        (lit("sun_strength", 0.0, "1"), 5.0),
+    ] {
+        let change = (brightness(&other) - day).abs();
+        assert!(change > least, "{change}");
+        for (a, b) in other.iter().zip(&plain) {
+            assert!(a.depth == b.depth && a.arm_q == b.arm_q);
+        }
+    }
+}

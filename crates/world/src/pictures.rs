@@ -25,7 +25,7 @@ impl World {
             Some(shot) => self.picture_scene_in(&self.at(shot)),
             None => self.picture_scene(),
         };
-        let colour = Studio::new(&scene, &PictureStyle::of_camera())
+        let colour = Studio::new(&scene, &PictureStyle::of_camera().under(self.spec().light.as_ref()))
             .picture(sight.sensor.intrinsics(), &sight.x_world_camera);
         truth.colour = Some(Arc::new(colour));
         truth
@@ -45,6 +45,7 @@ impl World {
             supersampling: request.supersampling,
             ..PictureStyle::default()
         };
+        let style = style.under(self.spec().light.as_ref());
         let scene = self.picture_scene();
         let studio = Studio::new(&scene, &style);
         let picture = |fov, x_world_camera| {

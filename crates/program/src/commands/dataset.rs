@@ -9,6 +9,7 @@ use orchard_dataset::{DatasetConfig, DatasetError, Done, Folder, Plan, Seeds};
 use orchard_exchange::intrinsics;
 use orchard_geometry::Intrinsics;
 use orchard_quantity::Quantity;
+use orchard_spec::light::LightSpec;
 
 use crate::args::{Part, ScenarioArgs};
 use crate::failure::Failure;
@@ -109,17 +110,20 @@ fn failure(e: DatasetError) -> Failure {
 }
 
 fn plan(args: &Args, program: &Program) -> Result<Plan, Failure> {
-    let config = config(args).map_err(Failure::BadInput)?;
     let intrinsics = args.intrinsics.as_deref().map(read_intrinsics).transpose()?;
     let still = "data sets have no robot and no detections";
     args.scenario.refuse(&[Part::Detector, Part::Controller], still)?;
     let scenario = args.scenario.resolve(program)?;
+    let config = config(args, scenario.spec().light.as_ref()).map_err(Failure::BadInput)?;
     Plan::new(&scenario, &config, intrinsics, args.seeds, args.trees, args.views).map_err(failure)
 }
 
-/// The config with the options applied.
-fn config(args: &Args) -> Result<DatasetConfig, String> {
+/// The config with the world's light, if it has one, and then the options applied.
+fn config(args: &Args, light: Option<&LightSpec>) -> Result<DatasetConfig, String> {
     let mut config = DatasetConfig::paper();
+    if let Some(light) = light {
+        config.light = light.clone();
+    }
     let set = |quantity: &mut Quantity, option: &str, value: Option<f64>| -> Result<(), String> {
         if let Some(value) = value {
             *quantity = quantity.with_value(value).map_err(|e| format!("--{option}: {e}"))?;

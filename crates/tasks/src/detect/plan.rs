@@ -7,6 +7,7 @@ use orchard_perception::DetectorConfig;
 use orchard_quantity::ConfigError;
 use orchard_scenario::{Scenario, SceneNames};
 use orchard_spec::camera::CameraSpec;
+use orchard_spec::light::LightSpec;
 use serde::{Deserialize, Serialize};
 
 use crate::detect::ablation::variants;
@@ -27,6 +28,8 @@ pub struct DetectPlan {
     pub trees: u32,
     /// The camera.
     pub camera: CameraSpec,
+    /// Light of colour images; `None` for a clear day.
+    pub light: Option<LightSpec>,
     /// The detector.
     pub detector: DetectorConfig,
     /// Protocol constants.
@@ -66,6 +69,7 @@ impl DetectPlan {
             seeds,
             trees,
             camera: scenario.spec().camera.clone(),
+            light: scenario.spec().light.clone(),
             detector: scenario.detector().clone(),
             protocol: Protocol::of_scenario(scenario)?,
         })

@@ -141,7 +141,7 @@ impl<T: Trees> Views<'_, T> {
                 )));
             }
             let margin = self.plan.detector.mask.ground_margin.si();
-            let style = PictureStyle::of_camera();
+            let style = PictureStyle::of_camera().under(self.plan.light.as_ref());
             let studio = self.plan.detector.sees_colour().then(|| Studio::new(&tree.picture, &style));
             // A view has the same noise at every density.
             let image = |(number, x): (u32, &Pose)| {
