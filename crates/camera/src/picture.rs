@@ -44,7 +44,9 @@ impl PictureStyle {
     /// Returns the style under a world's light; without one it stays as it is.
     #[must_use]
     pub fn under(self, light: Option<&LightSpec>) -> Self {
-        let Some(LightSpec { sun_azimuth, sun_elevation, sun_strength, overcast }) = light else { return self };
+        let Some(LightSpec { sun_azimuth, sun_elevation, sun_strength, overcast }) = light else {
+            return self;
+        };
         Self {
             sun_world: sun_direction(sun_azimuth.si(), sun_elevation.si()),
             sun_strength: sun_strength.si(),

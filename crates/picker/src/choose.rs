@@ -1,5 +1,6 @@
 //! Choice of the target fruit, the place of the base and the approach, by cost.
 
+use crate::cloud::SeenPoint;
 use crate::drive::{BaseGoal, Tolerance, bearing_of};
 use crate::picker_core::PickerCore;
 use crate::plan::{GraspPlan, Search, Target};
@@ -104,7 +105,7 @@ impl PickerCore {
     /// The arm's reach depends on distance and height alone.
     fn place_for(&self, track: &Track, robot: &RobotState) -> Option<Choice> {
         let align = &self.config.align;
-        let points: Vec<Vec3> = self.perception.points().copied().collect();
+        let points: Vec<SeenPoint> = self.perception.points().copied().collect();
         let cheaper = |a: &Choice, b: &Choice| a.cost.total_cmp(&b.cost);
         if !self.mobility.is_free() {
             return self.choice_at(track, robot, self.nearest_goal(robot, track), &points);
@@ -130,7 +131,7 @@ impl PickerCore {
         track: &Track,
         robot: &RobotState,
         goal: BaseGoal,
-        points: &[Vec3],
+        points: &[SeenPoint],
     ) -> Option<Choice> {
         let tree = self.perception.belief.p_odom();
         let from_trunk = (Vec3::new(goal.x, goal.y, 0.0) - tree).xy().norm();
@@ -141,7 +142,7 @@ impl PickerCore {
             return None;
         }
         let there = goal.pose(robot.x_odom_base.translation.z);
-        let seen: Vec<Vec3> = points.iter().map(|p| inverse_transform(&there, p)).collect();
+        let seen: Vec<SeenPoint> = points.iter().map(|point| point.within(&there)).collect();
         let target_there = Target { p: inverse_transform(&there, &track.p_odom), radius: track.radius };
         let search = Search {
             arm: &self.arm,
@@ -153,7 +154,7 @@ impl PickerCore {
             reach_margin: self.config.approach.reach_margin.si(),
         };
         let plan = search.best()?;
-        let crowd = seen.iter().filter(|p| self.is_crowding(p)).count() as f64;
+        let crowd = seen.iter().filter(|point| self.is_crowding(&point.p)).count() as f64;
         let c = &self.config.align;
         let cost = self.drive_cost(robot, &goal) * c.drive_cost.si() + plan.cost + crowd * c.crowd_cost.si();
         let target = Target { p: track.p_odom, radius: track.radius };

@@ -90,6 +90,12 @@ section! {
         range: Quantity,
         /// Share of valid pixels below which an image counts as blind.
         blind_fraction: Quantity,
+        /// Length from which a piece of surface without a step in depth counts as wood. 0: nothing does.
+        wood_length: Quantity,
+        /// Step in depth that ends a piece, in widths of a cell there.
+        wood_step: Quantity,
+        /// Most columns of cells over the image's width.
+        wood_columns: Count,
         /// Drops the tracks of fruit whose place the camera sees through.
         forget_vanished: bool,
     }
@@ -220,6 +226,8 @@ section! {
         reach_margin: Quantity,
         /// Cost of a point between the second look's camera and the fruit, in points in the path.
         hiding_cost: Quantity,
+        /// Number of points for which a point of wood counts where the hand would meet it.
+        wood_weight: Quantity,
         /// Turns of the hand about its approach axis, best first.
         rolls: Vec<Quantity>,
         /// Open fingers: half-extent along the hand's x, and distance of their outer sides from the approach axis along its y.

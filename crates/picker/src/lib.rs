@@ -9,6 +9,7 @@ mod align;
 mod baseline;
 mod blacklist;
 mod choose;
+mod cloud;
 mod compliance;
 mod config;
 mod controller_kind;

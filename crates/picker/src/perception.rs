@@ -1,5 +1,6 @@
 //! Perception of the picker: depth images to fruit tracks, a point memory and a belief of the tree's position.
 
+use crate::cloud::{Pieces, SeenPoint};
 use crate::config::{BeliefConfig, CloudConfig, PickerConfig};
 use crate::record::ImageReport;
 use crate::robot_state::RobotState;
@@ -17,7 +18,7 @@ pub(crate) struct Perception {
     deck: Vec3,
     pub tracker: Tracker,
     pub belief: Belief,
-    clouds: VecDeque<Vec<Vec3>>,
+    clouds: VecDeque<Vec<SeenPoint>>,
     /// Fruit of the last image, odom.
     pub sightings: Vec<Sighting>,
     /// Number of images taken.
@@ -165,6 +166,7 @@ impl Perception {
         x_odom_camera: &Pose,
     ) {
         let stride = self.config.stride.get().max(1) as usize;
+        let pieces = Pieces::of(depth, intrinsics, ignored, &self.config);
         let (mut near, mut canopy) = (Vec::new(), Vec::new());
         let mut pixels = 0_u32;
         for v in (0..depth.height()).step_by(stride) {
@@ -179,7 +181,7 @@ impl Perception {
                     canopy.push(p_odom);
                 }
                 if z <= self.config.range.si() {
-                    near.push(p_odom);
+                    near.push(SeenPoint { p: p_odom, is_wood: pieces.is_wood(u, v) });
                 }
             }
         }
@@ -192,7 +194,7 @@ impl Perception {
     }
 
     /// Points of the last images, odom \[m\].
-    pub fn points(&self) -> impl Iterator<Item = &Vec3> {
+    pub fn points(&self) -> impl Iterator<Item = &SeenPoint> {
         self.clouds.iter().flatten()
     }
 }

@@ -1,6 +1,7 @@
 //! Core of the controllers of this crate: perception, arm motion, fingers, the current attempt and the record.
 
 use crate::blacklist::Blacklist;
+use crate::cloud::SeenPoint;
 use crate::config::PickerConfig;
 use crate::drive::BaseGoal;
 use crate::mobility::Mobility;
@@ -340,8 +341,8 @@ impl PickerCore {
     }
 
     /// Points of the last images in the present base frame.
-    pub fn points_base(&self, robot: &RobotState) -> Vec<Vec3> {
-        self.perception.points().map(|p| inverse_transform(&robot.x_odom_base, p)).collect()
+    pub fn points_base(&self, robot: &RobotState) -> Vec<SeenPoint> {
+        self.perception.points().map(|point| point.within(&robot.x_odom_base)).collect()
     }
 
     /// The attempt's target in the base frame.
@@ -370,7 +371,12 @@ impl PickerCore {
     }
 
     /// Makes a search for approaches to a target (base frame) from the arm's commanded posture, past points and other fruit.
-    pub fn search<'a>(&'a self, target: &'a Target, points: &'a [Vec3], others: &'a [Target]) -> Search<'a> {
+    pub fn search<'a>(
+        &'a self,
+        target: &'a Target,
+        points: &'a [SeenPoint],
+        others: &'a [Target],
+    ) -> Search<'a> {
         let (arm, config, q_start) = (&self.arm, &self.config, self.motion.q());
         Search { arm, config, target, points, others, q_start, reach_margin: 0.0 }
     }

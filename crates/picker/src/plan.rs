@@ -1,6 +1,7 @@
 //! Grasp planning: approach directions that the arm can follow, compared by the seen points in the path of the hand and in the line of
 //! sight of the second look, and by the turn of the arm.
 
+use crate::cloud::SeenPoint;
 use crate::config::PickerConfig;
 use orchard_geometry::{Mat3, Pose, Rotation, Vec3, inverse_transform, math, transform};
 use orchard_robot::{ArmKinematics, IkTarget, JointVector};
@@ -19,8 +20,8 @@ pub(crate) struct GraspPlan {
     pub rotation: Rotation,
     /// Posture of the second look.
     pub q_look: JointVector,
-    /// Number of points in the path of the hand.
-    pub met: usize,
+    /// Points in the path of the hand, by their weights.
+    pub met: f64,
     /// Cost of points in the path and in the line of sight, and of turning, in points.
     pub cost: f64,
 }
@@ -105,7 +106,7 @@ pub(crate) struct Search<'a> {
     pub config: &'a PickerConfig,
     pub target: &'a Target,
     /// Points that the camera saw.
-    pub points: &'a [Vec3],
+    pub points: &'a [SeenPoint],
     /// Other fruit that it knows.
     pub others: &'a [Target],
     /// Posture from which the arm starts.
@@ -140,7 +141,7 @@ impl Search<'_> {
                     let turn = (elevation.si() - first).abs() + azimuth.si().abs() + roll.si().abs();
                     let [met, hiding] = self.in_the_way(&near, &rotation);
                     let brushed = self.brushed(&rotation) as f64;
-                    let cost = met as f64 + c.hiding_cost.si() * hiding as f64 + c.turn_cost.si() * turn;
+                    let cost = met + c.hiding_cost.si() * hiding + c.turn_cost.si() * turn;
                     approaches.push((cost + c.brush_cost.si() * brushed, met, rotation));
                 }
             }
@@ -155,10 +156,10 @@ impl Search<'_> {
     }
 
     /// Points near the fruit that do not belong to it.
-    fn points_near(&self, farthest: f64) -> Vec<Vec3> {
+    fn points_near(&self, farthest: f64) -> Vec<SeenPoint> {
         let own = self.target.radius + self.config.approach.fruit_margin.si();
-        let is_near = |p: &&Vec3| {
-            let d = (*p - self.target.p).norm();
+        let is_near = |point: &&SeenPoint| {
+            let d = (point.p - self.target.p).norm();
             d > own && d < farthest
         };
         self.points.iter().filter(is_near).copied().collect()
@@ -176,14 +177,15 @@ impl Search<'_> {
         self.others.iter().filter(touches).count()
     }
 
-    /// Numbers of points in the path of the hand and in the line of sight of the second look.
-    fn in_the_way(&self, near: &[Vec3], rotation: &Rotation) -> [usize; 2] {
+    /// Points in the path of the hand, by their weights, and number of points in the line of sight of the second look.
+    fn in_the_way(&self, near: &[SeenPoint], rotation: &Rotation) -> [f64; 2] {
         let (target, c) = (self.target, &self.config.approach);
         let x_grasp = before(target, rotation, -grasp_depth(self.arm, target.radius, self.config));
-        let met = near.iter().filter(|p| in_sweep(&inverse_transform(&x_grasp, p), self.config)).count();
+        let met = near.iter().filter(|point| in_sweep(&inverse_transform(&x_grasp, &point.p), self.config));
+        let met = met.map(|point| point.weight(c.wood_weight.si())).sum();
         let x_camera = before(target, rotation, c.look.si()) * self.arm.x_tcp_camera();
         let p_camera = x_camera.translation.vector;
-        let hiding = near.iter().filter(|p| is_before(p, &p_camera, target)).count();
+        let hiding = near.iter().filter(|point| is_before(&point.p, &p_camera, target)).count() as f64;
         [met, hiding]
     }
 }
@@ -209,20 +211,20 @@ fn is_before(p: &Vec3, p_camera: &Vec3, target: &Target) -> bool {
     share > 0.0 && share < 1.0 && aside < target.radius * share
 }
 
-/// Counts the points (base frame) that the hand would meet while the joints move in proportion from one posture to another; each counts
+/// Counts the points (base frame), by their weights, that the hand would meet while the joints move in proportion from one posture to another; each counts
 /// once.
 pub(crate) fn swept(
     arm: &ArmKinematics,
-    points: &[Vec3],
+    points: &[SeenPoint],
     [from, to]: [&JointVector; 2],
     config: &PickerConfig,
-) -> usize {
+) -> f64 {
     let steps = ((to - from).amax() / config.arm.branch_jump.si()).ceil().max(1.0);
     let x_tcp: Vec<Pose> = (1..=steps as u32)
         .map(|k| arm.tcp(&(from + (to - from) * (f64::from(k) / steps))).inverse())
         .collect();
-    let is_met = |p: &&Vec3| x_tcp.iter().any(|x| in_hand(&transform(x, p), config));
-    points.iter().filter(is_met).count()
+    let is_met = |point: &&SeenPoint| x_tcp.iter().any(|x| in_hand(&transform(x, &point.p), config));
+    points.iter().filter(is_met).map(|point| point.weight(config.approach.wood_weight.si())).sum()
 }
 
 /// True if a point of the TCP's frame lies in the volume of hand and fingers.
@@ -251,10 +253,14 @@ mod tests {
     fn search<'a>(
         arm: &'a ArmKinematics,
         config: &'a PickerConfig,
-        points: &'a [Vec3],
+        points: &'a [SeenPoint],
         q_start: &'a JointVector,
     ) -> Search<'a> {
         Search { arm, config, target: &TARGET, points, others: &[], q_start, reach_margin: 0.0 }
+    }
+
+    fn seen(p: Vec3, is_wood: bool) -> SeenPoint {
+        SeenPoint { p, is_wood }
     }
 
     /// Points in the line of sight of the second look, but beside the hand's path, change the choice to a direction from which the fruit is
@@ -270,7 +276,8 @@ mod tests {
         let x_grasp = before(&TARGET, &free.rotation, -config.approach.overshoot.si());
         let on_the_sight = |share: f64| p_camera + (TARGET.p - p_camera) * share;
         let is_free = |p: &Vec3| !in_sweep(&inverse_transform(&x_grasp, p), &config);
-        let points: Vec<Vec3> = (1..60).map(|k| on_the_sight(f64::from(k) / 80.0)).filter(is_free).collect();
+        let points = (1..60).map(|k| on_the_sight(f64::from(k) / 80.0)).filter(is_free);
+        let points: Vec<SeenPoint> = points.map(|p| seen(p, false)).collect();
         assert!(points.len() > 10, "the camera sees past the hand: {}", points.len());
         let other = search(arm, &config, &points, &q).best().expect("within reach");
         assert!(other.direction().dot(&free.direction()) < 0.99);
@@ -311,7 +318,7 @@ mod tests {
         assert!(at(gap, tip + clear - 1e-4) && !at(gap, tip + clear + 1e-4));
     }
 
-    /// Points on the path of the hand count, each once; points beside and behind it do not.
+    /// Points on the path of the hand count, each once, and wood by its weight; points beside and behind it do not.
     #[test]
     fn a_swing_meets_what_lies_in_its_way() {
         let (robot, expert) = (RobotModel::paper(), ExpertConfig::preset());
@@ -324,15 +331,17 @@ mod tests {
             x.translation.vector + x.rotation * offset
         };
         let palm = Vec3::new(0.0, 0.0, -0.5 * config.approach.hand_length.si());
-        let met: Vec<Vec3> = [0.25, 0.5, 0.75, 1.0].map(|share| at(share, palm)).to_vec();
-        assert_eq!(swept(arm, &met, [&from, &to], config), met.len());
+        let met = [0.25, 0.5, 0.75, 1.0].map(|share| seen(at(share, palm), false));
+        assert_eq!(swept(arm, &met, [&from, &to], config), 4.0);
+        let wood = met.map(|leaf| seen(leaf.p, true));
+        assert_eq!(swept(arm, &wood, [&from, &to], config), 4.0 * config.approach.wood_weight.si());
         let beyond = Vec3::new(0.0, 0.0, 0.05);
         let behind = Vec3::new(0.0, 0.0, -config.approach.hand_length.si() - 0.05);
-        let passed = [beyond, behind].map(|offset| at(0.5, offset));
-        assert_eq!(swept(arm, &passed, [&from, &to], config), 0);
+        let passed = [beyond, behind].map(|offset| seen(at(0.5, offset), true));
+        assert_eq!(swept(arm, &passed, [&from, &to], config), 0.0);
         // The joint turns about the vertical: a point above the hand's thickness stays clear.
-        let above = met[0] + Vec3::z() * (config.approach.sweep_half_y.si() + 0.1);
-        assert_eq!(swept(arm, &[above], [&from, &to], config), 0);
+        let above = met[0].p + Vec3::z() * (config.approach.sweep_half_y.si() + 0.1);
+        assert_eq!(swept(arm, &[seen(above, true)], [&from, &to], config), 0.0);
     }
 
     /// A place counts only if the arm reaches beyond the grasp by the margin.

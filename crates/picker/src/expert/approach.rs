@@ -2,6 +2,7 @@
 //! it goes back and approaches from another direction.
 
 use crate::align::Drive;
+use crate::cloud::SeenPoint;
 use crate::drive::{BaseGoal, StallWatch};
 use crate::expert::views::Views;
 use crate::expert::{Caution, ExpertPicker, Next, Phase};
@@ -87,7 +88,8 @@ impl ExpertPicker {
         let Some(attempt) = &self.core.attempt else { return };
         let target =
             Target { p: inverse_transform(&there, &attempt.target.p), radius: attempt.target.radius };
-        let points: Vec<Vec3> = self.core.perception.points().map(|p| inverse_transform(&there, p)).collect();
+        let points: Vec<SeenPoint> =
+            self.core.perception.points().map(|point| point.within(&there)).collect();
         let others = self.core.others(attempt.track, &there);
         let plan = self.clearest_approach(&target, &points, &others, |_| true);
         if let (Some(plan), Some(attempt)) = (plan, &mut self.core.attempt) {
@@ -103,7 +105,7 @@ impl ExpertPicker {
     fn clearest_approach(
         &self,
         target: &Target,
-        points: &[Vec3],
+        points: &[SeenPoint],
         others: &[Target],
         is_allowed: impl Fn(&Vec3) -> bool,
     ) -> Option<GraspPlan> {
@@ -112,7 +114,7 @@ impl ExpertPicker {
         let mut approaches = search.approaches(is_allowed);
         for approach in &mut approaches {
             let met = swept(search.arm, points, [search.q_start, &approach.q_look], search.config);
-            approach.cost += swing_cost * met as f64;
+            approach.cost += swing_cost * met;
         }
         approaches.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost))
     }

@@ -1,5 +1,6 @@
 //! Grasp: home in on the fruit, close, check that the fruit is in hand; else look again and try once more.
 
+use crate::cloud::SeenPoint;
 use crate::expert::views::Views;
 use crate::expert::{Caution, ExpertPicker, Next, Phase};
 use crate::picker_core::STILL;
@@ -95,28 +96,29 @@ impl ExpertPicker {
     /// them.
     fn obstacles(&self, target: &Target, x_goal: &Pose, robot: &RobotState) -> Vec<Obstacle> {
         let c = &self.config.homing;
-        let (clearance, penalty) = (c.clearance.si(), c.clearance_cost.si());
-        if penalty <= 0.0 {
+        let (clearance, of_leaf, of_wood) = (c.clearance.si(), c.clearance_cost.si(), c.wood_cost.si());
+        if of_leaf.max(of_wood) <= 0.0 {
             return Vec::new();
         }
         let p_tcp = self.core.arm.tcp(&robot.q).translation.vector;
         let own = target.radius + self.core.config.approach.fruit_margin.si();
         let (range, grid) = (c.clearance_range.si(), c.clearance_grid.si());
-        let counts = |p: &Vec3| {
+        let counts = |SeenPoint { p, .. }: &SeenPoint| {
             let off = (p - target.p).norm();
             off > own
                 && (off < range || (p - p_tcp).norm() < range)
                 && !in_sweep(&inverse_transform(x_goal, p), &self.core.config)
         };
-        // The last point of each cell, in the order of the grid.
-        let cells: BTreeMap<[i64; 3], Vec3> = self
-            .core
-            .points_base(robot)
-            .into_iter()
-            .filter(counts)
-            .map(|p| ([p.x, p.y, p.z].map(|x| (x / grid).floor() as i64), p))
-            .collect();
-        cells.into_values().map(|p_base| Obstacle { p_base, clearance, penalty }).collect()
+        let cube = |p: &Vec3| [p.x, p.y, p.z].map(|x| (x / grid).floor() as i64);
+        // The last point of wood and of leaves in each cube, in the order of the grid.
+        let points = self.core.points_base(robot).into_iter().filter(counts);
+        let cells: BTreeMap<_, _> = points.map(|point| ((cube(&point.p), point.is_wood), point)).collect();
+        let obstacle = |SeenPoint { p, is_wood }| Obstacle {
+            p_base: p,
+            clearance,
+            penalty: if is_wood { of_wood } else { of_leaf },
+        };
+        cells.into_values().map(obstacle).collect()
     }
 
     pub(crate) fn grasp(&mut self, mut grasp: Grasp, robot: &RobotState) -> Next {
@@ -202,7 +204,7 @@ impl ExpertPicker {
         let pushed = room < 0.0 || self.is_pressed() || self.core.arm_stalled();
         let crowd = c.crowd.si();
         let careful = self.speed_share(Caution::after(grasp.failed));
-        let pace = room.min(careful * crowd / (crowd + met as f64));
+        let pace = room.min(careful * crowd / (crowd + met));
         let mut pace = pace.clamp(c.pace_min.si(), 1.0);
         if self.core.arm.cup().is_some() {
             pace = pace.min(self.pace_of_cup(&off, &direction, near, robot));

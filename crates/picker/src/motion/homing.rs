@@ -31,8 +31,10 @@ section! {
         turn_gain: Quantity,
         /// Distance of the links from seen points outside the hand's straight path.
         clearance: Quantity,
-        /// Penalty for coming nearer: lag of the hand behind its speed at which a point yields.
+        /// Penalty for coming nearer to leaves: lag of the hand behind its speed at which a point yields.
         clearance_cost: Quantity,
+        /// The same for points of wood.
+        wood_cost: Quantity,
         /// Edge of the cubes in which points count once.
         clearance_grid: Quantity,
         /// Distance from the hand or the fruit within which points count.

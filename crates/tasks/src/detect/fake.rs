@@ -79,6 +79,7 @@ pub fn plan() -> DetectPlan {
         seeds: vec![7, 8],
         trees: 3,
         camera: Spec::paper().camera,
+        light: None,
         detector: DetectorConfig::paper(),
         protocol,
     }
