@@ -18,6 +18,7 @@ populations  randomised, calibrated, calibrated-mature, tall-spindle, v-trellis,
 cameras      d435i, azure-kinect; sunlight: 0, 0.3, d435i (0.6), 1\n  \
 robots       fr3-fixed, husky-ur5e-2f85, rail-xarm6-suction\n  \
 crop         clusters; friction of the fruit: 0.3, 0.5, nominal (1)\n  \
+light        clear-day, overcast-day, low-sun in colour; only by name\n  \
 wind         3, 6, 9 m/s\n  \
 slope        5, 10 deg; terrain, foliage and fruit as in bench-v1\n  \
 odometry     slip of 0.01, 0.05, 0.1, with drift; joint-noise: 0.1, 0.5 deg\n  \

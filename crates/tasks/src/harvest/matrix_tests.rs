@@ -142,6 +142,10 @@ fn a_condition_changes_what_it_says_and_nothing_else() {
     // Sunlight is a dial of that camera.
     let dark = field("sunlight-1");
     assert_eq!(dark.spec().with_figures("", &[("camera.d435i.sunlight", 0.6)]).unwrap(), **stereo.spec());
+    // Light brings eyes of colour.
+    let evening = field("low-sun");
+    assert_eq!(evening.names().scene.detector, "learned-colour");
+    assert!(evening.detector().sees_colour() && evening.spec().light.is_some());
     for robot in orchard_scenario::robots() {
         if robot != orchard_robot::RobotModel::PAPER {
             assert_eq!(field(robot), Scenario::of(&[("robot", robot)]).unwrap());
@@ -153,7 +157,7 @@ fn a_condition_changes_what_it_says_and_nothing_else() {
 fn the_field_has_what_growers_meet() {
     let matrix = matrix_of(&Protocol::field());
     let groups: Vec<&str> = matrix.groups.iter().map(|(name, _)| name.as_str()).collect();
-    assert_eq!(groups, ["cameras", "crop", "faults", "populations", "robots"]);
+    assert_eq!(groups, ["cameras", "crop", "faults", "light", "populations", "robots"]);
     let sunlight = matrix.sweeps.iter().find(|sweep| sweep.name == "sunlight").unwrap();
     assert_eq!(sunlight.reference, "d435i");
     let names: Vec<&str> = sunlight.points.iter().map(|point| point.condition.as_str()).collect();
