@@ -31,9 +31,9 @@ section! {
         turn_gain: Quantity,
         /// Distance of the links from seen points outside the hand's straight path.
         clearance: Quantity,
-        /// Penalty for coming nearer to leaves: lag of the hand behind its speed at which a point yields.
+        /// Penalty for coming nearer to leaves: lag of the hand behind its speed [m/s] at which a point yields.
         clearance_cost: Quantity,
-        /// The same for points of wood.
+        /// Penalty for coming nearer to wood, in the same unit.
         wood_cost: Quantity,
         /// Edge of the cubes in which points count once.
         clearance_grid: Quantity,
