@@ -45,6 +45,10 @@ impl TaskEnv {
             return Err(SettingError { option: "worlds", value, problem }.into());
         }
         let (spec, robot) = (scenario.spec(), scenario.robot());
+        if let Some(fault) = spec.fault.as_ref().filter(|fault| fault.kind.is_between()) {
+            let problem = "it acts between a robot and its controller, and here a policy sees and moves the robot itself; limb_falls and weight_on_arm are possible".to_owned();
+            return Err(SettingError { option: "fault", value: fault.kind.to_string(), problem }.into());
+        }
         let mut protocol = Protocol::of_scenario(scenario)?;
         // An episode has the first target of its world; the others take long to find.
         for targets in [&mut protocol.component.grasp.targets, &mut protocol.component.gentle.targets] {

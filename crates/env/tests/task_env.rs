@@ -69,6 +69,23 @@ fn rest_ends_as_the_benchmark_ends_it_and_the_next_episode_has_another_world() {
     assert_eq!(env.report(0).statistics.length, 0);
 }
 
+/// A fault of sensors or hand would change nothing that a policy sees or does, so it is refused.
+#[test]
+fn faults_between_robot_and_controller_are_refused() {
+    let scenario = Scenario::of(&[]).unwrap();
+    let of = |kind: &str| {
+        let fault = format!("[fault]\nbase = 'standard'\nkind = '{kind}'").parse().unwrap();
+        let scenario = scenario.with_spec(scenario.spec().overlaid("x", fault).unwrap());
+        TaskEnv::new(&scenario, &Settings::of(Task::Harvest), 0..1).err().map(|e| e.to_string())
+    };
+    let said = of("camera_dead").unwrap();
+    assert!(
+        said.contains("fault") && said.contains("camera_dead") && said.contains("weight_on_arm"),
+        "{said}"
+    );
+    assert_eq!(of("weight_on_arm"), None);
+}
+
 #[test]
 fn bad_input_changes_nothing() {
     let settings = Settings::of(Task::Harvest);

@@ -1,5 +1,7 @@
 //! Config of the baseline picker, which runs controllers `baseline` and `paper`.
 
+use crate::section::section;
+use crate::wires::WiresConfig;
 use orchard_quantity::{ConfigError, Count, Quantity, Span, from_table, overlay, parse, with_base};
 use orchard_robot::RobotModel;
 
@@ -7,16 +9,6 @@ use orchard_robot::RobotModel;
 pub const BASELINE_TOML: &str = include_str!("../configs/baseline/picker.toml");
 /// The config of controller `paper` as TOML text; its base is `baseline`.
 pub(crate) const PAPER_TOML: &str = include_str!("../configs/paper/picker.toml");
-
-macro_rules! section {
-    ($(#[$doc:meta])* $name:ident { $($(#[$field_doc:meta])* $field:ident: $kind:ty,)* }) => {
-        $(#[$doc])*
-        #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
-        #[serde(deny_unknown_fields)]
-        pub struct $name { $($(#[$field_doc])* pub $field: $kind,)* }
-    };
-}
-pub(crate) use section;
 
 section! {
     /// Config of the baseline picker.
@@ -27,6 +19,8 @@ section! {
         belief: BeliefConfig,
         /// Point memory.
         cloud: CloudConfig,
+        /// Wires.
+        wires: WiresConfig,
         /// Looking for fruit.
         scan: ScanConfig,
         /// Driving.
@@ -393,8 +387,7 @@ impl PickerConfig {
     /// The configs that come with the crate: names of their controllers and TOML texts.
     pub const FILES: &[(&str, &str)] = &[("baseline", BASELINE_TOML), ("paper", PAPER_TOML)];
 
-    /// Reads a config from TOML text; `file` names it in errors. With `base = "NAME"` the text holds only what differs from
-    /// that config.
+    /// Reads a config from TOML text; `file` names it in errors. With `base = "NAME"` it holds what differs from that one.
     ///
     /// # Errors
     /// Not TOML, no such base, a field missing or unknown, a value outside its range.
@@ -488,10 +481,10 @@ mod tests {
 
     #[test]
     fn unknown_names_list_all() {
-        let e = PickerConfig::named("lemon").unwrap_err();
-        assert_eq!(e, "no picker config 'lemon'; the configs are: baseline, paper");
+        let configs = "no picker config 'lemon'; the configs are: baseline, paper";
+        assert_eq!(PickerConfig::named("lemon").unwrap_err(), configs);
         let e = PickerConfig::from_toml("x.toml", "base = \"lemon\"").unwrap_err().to_string();
-        assert_eq!(e, "x.toml: base: no picker config 'lemon'; the configs are: baseline, paper");
+        assert_eq!(e, format!("x.toml: base: {configs}"));
         let e = PickerConfig::from_toml("x.toml", "base = \"paper\"\n[pul]\nx = 3").unwrap_err().to_string();
         assert!(e.starts_with("x.toml: pul: unknown field `pul`"), "{e}");
     }

@@ -28,9 +28,11 @@ mod postures;
 mod record;
 mod robot_state;
 mod scan;
+mod section;
 mod task;
 mod walls;
 mod watch;
+mod wires;
 
 pub use baseline::BaselinePicker;
 pub use config::{BASELINE_TOML, PickerConfig};

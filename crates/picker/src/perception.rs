@@ -4,6 +4,7 @@ use crate::cloud::{Pieces, SeenPoint};
 use crate::config::{BeliefConfig, CloudConfig, PickerConfig};
 use crate::record::ImageReport;
 use crate::robot_state::RobotState;
+use crate::wires::{WiresConfig, thin_points};
 use orchard_geometry::{DepthImage, Image, Intrinsics, Pose, Shape, Vec3, inverse_transform, transform};
 use orchard_perception::{DetectorConfig, RgbdImage, Sighting, Tracker, detect, mask};
 use orchard_robot::ArmKinematics;
@@ -14,11 +15,14 @@ use std::collections::VecDeque;
 pub(crate) struct Perception {
     detector: DetectorConfig,
     config: CloudConfig,
+    wires: WiresConfig,
     /// Half-extents of the deck, base frame.
     deck: Vec3,
     pub tracker: Tracker,
     pub belief: Belief,
     clouds: VecDeque<Vec<SeenPoint>>,
+    /// Points of the last image that may show wires, odom \[m\].
+    pub thin: Vec<Vec3>,
     /// Fruit of the last image, odom.
     pub sightings: Vec<Sighting>,
     /// Number of images taken.
@@ -78,8 +82,10 @@ impl Perception {
             detector,
             deck,
             config: config.cloud.clone(),
+            wires: config.wires.clone(),
             belief: Belief::new(&config.belief),
             clouds: VecDeque::new(),
+            thin: Vec::new(),
             sightings: Vec::new(),
             images: 0,
             blind: true,
@@ -126,6 +132,7 @@ impl Perception {
             self.forget_vanished(depth, intrinsics, &x_odom_camera);
         }
         self.remember(depth, intrinsics, &ignored, &x_odom_camera);
+        self.thin = thin_points(depth, intrinsics, &ignored, &x_odom_camera, &self.wires);
         ImageReport { time: robot.time, detections: self.sightings.clone() }
     }
 

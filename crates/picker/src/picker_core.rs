@@ -139,6 +139,9 @@ impl PickerCore {
             let image = RgbdImage { depth, colour: observation.colour.as_deref() };
             let report = self.perception.see(image, &observation.intrinsics, then, &self.arm);
             self.record.images.push(report);
+            if self.state == State::Scan && self.mobility.is_free() {
+                self.walls.see(std::mem::take(&mut self.perception.thin), &self.config.wires);
+            }
             self.fresh_image = (then.q - robot.q).amax() <= self.config.arm.arrived.si();
             self.imaged = Some((then.clone(), observation.intrinsics));
         }
@@ -155,8 +158,8 @@ impl PickerCore {
         let then = self.memory.at(time);
         if let Some(watch) = &mut self.watch {
             let x_odom_camera = then.map(|then| then.x_odom_base * self.arm.camera(&then.q));
-            // A camera that is so near to fruit or bucket sees nothing.
-            let excused = matches!(self.state, State::Grasp | State::Pull | State::Deposit | State::Retreat);
+            // A camera that is so near to leaves, fruit or bucket sees nothing.
+            let excused = !matches!(self.state, State::Scan | State::Align | State::Safe);
             if !watch.take_image(depth, x_odom_camera, self.perception.shows(depth), excused) {
                 return None;
             }
@@ -237,7 +240,7 @@ impl PickerCore {
     /// True if a wall bars the base's way to a goal.
     pub fn is_barred(&self, robot: &RobotState, goal: &BaseGoal) -> bool {
         let tree = self.perception.belief.p_odom();
-        self.mobility.is_free() && self.walls.bar(robot, goal, &tree, &self.config.drive)
+        self.mobility.is_free() && self.walls.bar(robot, goal, &tree, &self.config)
     }
 
     /// Time without progress after which arm or base counts as stalled \[s\].

@@ -1,11 +1,12 @@
-//! Walls: lines on the ground that the base does not cross again, since something has held it there.
+//! Walls: lines on the ground that the base does not cross, since wires are seen there or something has held it.
 //!
-//! Wires and posts of a trellis are too thin for the depth camera, and stand in rows. What holds the base once is therefore taken for a straight piece of a row
-//! across its way. Each wall is known by the base's stop alone.
+//! Wires and posts of a trellis stand in rows. Sharp images show [wires](crate::wires) as dotted lines, coarse ones do not. What holds the base is therefore
+//! taken for a straight piece of a row across its way, known by the base's stop alone.
 
-use crate::config::DriveConfig;
+use crate::config::{DriveConfig, PickerConfig};
 use crate::drive::{BaseGoal, bearing_of};
 use crate::robot_state::{RobotState, turned};
+use crate::wires::{Wires, WiresConfig};
 use nalgebra::Vector2;
 use orchard_geometry::{Vec3, math};
 
@@ -23,6 +24,7 @@ struct Stop {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Walls {
     stops: Vec<Stop>,
+    wires: Wires,
 }
 
 impl Walls {
@@ -36,17 +38,31 @@ impl Walls {
         }
     }
 
+    /// Takes note of the wires among the thin points of an image, odom \[m\].
+    pub fn see(&mut self, points: Vec<Vec3>, c: &WiresConfig) {
+        self.wires.see(points, c);
+    }
+
     /// True if the way to a goal, straight or around the tree, crosses a wall.
-    pub fn bar(&self, robot: &RobotState, goal: &BaseGoal, tree: &Vec3, c: &DriveConfig) -> bool {
-        if self.stops.is_empty() {
+    pub fn bar(&self, robot: &RobotState, goal: &BaseGoal, tree: &Vec3, c: &PickerConfig) -> bool {
+        let mut lines = self.lines(c).peekable();
+        if lines.peek().is_none() {
             return false;
         }
-        let way = way(robot, goal, tree, c);
-        self.stops.iter().any(|stop| {
-            let across = Vector2::new(-stop.direction.y, stop.direction.x) * c.wall_half.si();
-            let middle = stop.p + stop.direction * c.wall_ahead.si();
-            way.windows(2).any(|leg| cross([leg[0], leg[1]], [middle - across, middle + across]))
-        })
+        let way = way(robot, goal, tree, &c.drive);
+        lines.any(|line| way.windows(2).any(|leg| cross([leg[0], leg[1]], line)))
+    }
+
+    /// Walls as lines on the ground, odom.
+    fn lines<'a>(&'a self, c: &'a PickerConfig) -> impl Iterator<Item = [Vector2<f64>; 2]> {
+        let (half, ahead) = (c.drive.wall_half.si(), c.drive.wall_ahead.si());
+        let met = self.stops.iter().map(move |stop| {
+            let across = Vector2::new(-stop.direction.y, stop.direction.x) * half;
+            let middle = stop.p + stop.direction * ahead;
+            [middle - across, middle + across]
+        });
+        let wires = self.wires.of_trellis(c.align.body_height.si(), &c.wires);
+        met.chain(wires.map(move |wire| wire.on_ground(half)))
     }
 
     /// Direction away from the wall met last, in the base frame, while the base is nearer to its stop there than it should be.
@@ -94,24 +110,40 @@ mod tests {
     /// A base that was held on its way around the tree leaves the row that it met, and finds no way past it; the other way around the tree is open.
     #[test]
     fn a_wall_bars_the_far_side() {
-        let c = ExpertConfig::preset().shared.drive;
-        let tree = Vec3::zeros();
+        let config = ExpertConfig::preset().shared;
+        let (c, tree) = (&config.drive, Vec3::zeros());
         // It drives around the tree from the south and meets a row along x at its eastern end.
         let held = robot(1.6, -0.4);
         let mut walls = Walls::default();
         let goal = |x: f64, y: f64| BaseGoal { x, y, yaw: 0.0 };
-        assert!(!walls.bar(&held, &goal(0.0, 1.3), &tree, &c));
+        assert!(!walls.bar(&held, &goal(0.0, 1.3), &tree, &config));
         let north = turned([0.0, 0.5], -0.5);
-        walls.meet(&held, &[north[0], north[1], 0.0], &c);
+        walls.meet(&held, &[north[0], north[1], 0.0], c);
         let south = robot(0.2, -1.5);
         for (x, y, barred) in
             [(0.0, 1.3, true), (1.0, 0.8, true), (0.0, -1.0, false), (-1.0, -0.9, false), (-1.2, 0.6, false)]
         {
-            assert_eq!(walls.bar(&south, &goal(x, y), &tree, &c), barred, "{x} {y}");
+            assert_eq!(walls.bar(&south, &goal(x, y), &tree, &config), barred, "{x} {y}");
         }
-        let away = turned(walls.away(&held, &c).expect("at the wall"), 0.5);
+        let away = turned(walls.away(&held, c).expect("at the wall"), 0.5);
         assert!(away[0].abs() < 1e-12 && (away[1] + 1.0).abs() < 1e-12, "{away:?}");
-        assert_eq!(walls.away(&robot(1.6, -0.4 - c.wall_back.si() - 1e-6), &c), None);
+        assert_eq!(walls.away(&robot(1.6, -0.4 - c.wall_back.si() - 1e-6), c), None);
+    }
+
+    /// A trellis that is seen bars the way to its other side, as far as its wires were seen and `wall_half` beyond; places on this side stay open.
+    #[test]
+    fn a_trellis_is_barred_before_it_is_touched() {
+        let config = ExpertConfig::preset().shared;
+        let wire = |z: f64| (0..20).map(move |k| Vec3::new(-1.9 + 0.2 * f64::from(k), 0.08, z));
+        let mut walls = Walls::default();
+        let goal = |x: f64, y: f64| BaseGoal { x, y, yaw: 0.0 };
+        let (tree, south) = (Vec3::zeros(), robot(0.2, -1.5));
+        walls.see(wire(0.6).collect(), &config.wires);
+        assert!(!walls.bar(&south, &goal(0.0, 1.3), &tree, &config), "one wire alone");
+        walls.see(wire(1.0).collect(), &config.wires);
+        for (x, y, barred) in [(0.0, 1.3, true), (1.2, 0.8, true), (0.0, -1.0, false), (-1.2, -0.6, false)] {
+            assert_eq!(walls.bar(&south, &goal(x, y), &tree, &config), barred, "{x} {y}");
+        }
     }
 
     /// A base that was not to drive met nothing; the baseline keeps no walls.

@@ -1,8 +1,8 @@
 //! Watch over the robot's own sensors and hand: notices what is not as it should be, from the observations alone.
 
-use crate::config::section;
 use crate::record::Alarm;
 use crate::robot_state::{RobotState, turned};
+use crate::section::section;
 use orchard_geometry::{DepthImage, Pose, math};
 use orchard_quantity::{Count, Quantity};
 
@@ -11,7 +11,7 @@ section! {
     WatchConfig {
         /// Time without a usable image.
         silence: Quantity,
-        /// Time with images that show nothing, the hand not at fruit or bucket.
+        /// Time with images that show nothing, the hand not near leaves, fruit or bucket.
         blindness: Quantity,
         /// Number of images without any change.
         same_images: Count,
@@ -117,7 +117,7 @@ impl Watch {
     }
 
     /// Takes an image in. `x_odom_camera` is the camera's pose when it was taken; `None` if that is not known any more. `shows` is false for one
-    /// that shows nothing, `excused` true while the hand is at fruit or bucket, where that is no fault. Returns false for one that must not be used: it
+    /// that shows nothing, `excused` true while the hand is near leaves, fruit or bucket, where that is no fault. Returns false for one that must not be used: it
     /// came too late, or is the last one again.
     pub fn take_image(
         &mut self,

@@ -62,10 +62,7 @@ impl Faulty {
         fault: Option<&FaultSpec>,
         robot: &Arc<RobotModel>,
     ) -> Box<dyn Controller> {
-        let of_world = |fault: &&FaultSpec| {
-            matches!(fault.kind, FaultKind::None | FaultKind::LimbFalls | FaultKind::WeightOnArm)
-        };
-        match fault.filter(|fault| !of_world(fault)) {
+        match fault.filter(|fault| fault.kind.is_between()) {
             None => controller,
             Some(fault) => Box::new(Self {
                 controller,
@@ -171,6 +168,8 @@ impl Controller for Faulty {
 mod tests {
     use super::*;
     use crate::Scenario;
+    use orchard_geometry::Vec3;
+    use orchard_picker::Goal;
     use orchard_spec::Spec;
 
     /// Stands still and has a record.
@@ -225,6 +224,27 @@ mod tests {
     /// True while the fault of [`frames`] lasts.
     fn lasts(time: f64) -> bool {
         (1.0..2.0).contains(&time)
+    }
+
+    /// A controller with a goal is behind the fault too: one whose first joint reads no number says so.
+    #[test]
+    fn faults_reach_component_tasks() {
+        let scenario = Scenario::of(&[("controller", "expert")]).expect("built in");
+        let fault = |kind: &str| {
+            format!(
+                "[fault]\nbase = 'standard'\nkind = '{kind}'\nfrom = {{ value = 0.0, range = [0, 100], unit = 's', source = 'test' }}"
+            )
+        };
+        let seen = scenario.world(1, 0, 0).expect("it grows").sense();
+        let tell = |kind: &str| {
+            let spec = scenario.spec().overlaid("x", fault(kind).parse().expect("TOML")).expect("in range");
+            let goal = Goal::Grasp { p_odom: Vec3::new(1.0, 0.0, 1.0), radius: 0.035 };
+            let mut controller =
+                scenario.with_spec(spec).controller_with_goal(&goal).expect("it takes goals");
+            controller.act(&seen);
+            format!("{:?}", controller.record().events)
+        };
+        assert!(!tell("none").contains("Alarm") && tell("reading_not_finite").contains("ReadingNotFinite"));
     }
 
     #[test]

@@ -168,13 +168,18 @@ impl Scenario {
 
     /// Makes a controller at the start of an episode, behind the fault of the world's config, if it has one.
     pub fn controller(&self) -> Box<dyn Controller> {
-        let controller = self.controller.controller(&self.robot, &self.detector);
-        faults::Faulty::wrap(controller, self.spec.fault.as_ref(), &self.robot)
+        self.behind_fault(self.controller.controller(&self.robot, &self.detector))
     }
 
-    /// Makes a controller at the start of a trial with a goal; `None` if this kind of controller cannot be given a goal.
+    /// Makes a controller at the start of a trial with a goal, behind the fault of the world's config, if it has one; `None` if this kind of controller
+    /// cannot be given a goal.
     pub fn controller_with_goal(&self, goal: &Goal) -> Option<Box<dyn Controller>> {
-        self.controller.with_goal(goal, &self.robot, &self.detector)
+        let controller = self.controller.with_goal(goal, &self.robot, &self.detector)?;
+        Some(self.behind_fault(controller))
+    }
+
+    fn behind_fault(&self, controller: Box<dyn Controller>) -> Box<dyn Controller> {
+        faults::Faulty::wrap(controller, self.spec.fault.as_ref(), &self.robot)
     }
 }
 

@@ -33,6 +33,23 @@ pub enum FaultKind {
     WeightOnArm,
 }
 
+impl FaultKind {
+    /// True of faults of sensors and hand, which act between a robot and its controller; the others, if any, are the world's.
+    pub fn is_between(self) -> bool {
+        !matches!(self, Self::None | Self::LimbFalls | Self::WeightOnArm)
+    }
+}
+
+/// Name in configs.
+impl std::fmt::Display for FaultKind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match toml::Value::try_from(self) {
+            Ok(toml::Value::String(name)) => f.write_str(&name),
+            _ => Err(std::fmt::Error),
+        }
+    }
+}
+
 /// A fault, the time for which it lasts, and the figures of its kinds.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FaultSpec {

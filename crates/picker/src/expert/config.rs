@@ -1,7 +1,8 @@
 //! Config of the expert picker: the part that it shares with the baseline, then its own.
 
-use crate::config::{PickerConfig, section, text_of, tuned};
+use crate::config::{PickerConfig, text_of, tuned};
 use crate::motion::HomingConfig;
+use crate::section::section;
 use crate::watch::WatchConfig;
 use orchard_quantity::{ConfigError, Count, Quantity, from_table, parse, with_base};
 use orchard_robot::RobotModel;
@@ -157,8 +158,12 @@ section! {
         above: Quantity,
         /// Height of the TCP above the ground where the first layer is let go.
         release: Quantity,
-        /// Speed of the way down.
+        /// Speed at which the fruit lands.
         speed: Quantity,
+        /// Largest speed of the way down.
+        brisk: Quantity,
+        /// Last part of the way down, in which the fruit may land.
+        near: Quantity,
         /// Squeeze of each finger on the way down.
         hold: Quantity,
         /// Downward force at which the fruit counts as landed.

@@ -18,6 +18,8 @@ pub(crate) struct Deposit {
     withdrawn: f64,
     /// Smoothed force with which the hand presses down \[N\].
     press: f64,
+    /// Length of the way down from above the bucket \[m\]; 0 before.
+    way_down: f64,
     stage: Stage,
     /// Time for which a load on the arm has held it up \[s\].
     held_up: f64,
@@ -38,7 +40,7 @@ enum Stage {
 impl Deposit {
     pub fn leaving(robot: &RobotState, withdrawn: f64) -> Self {
         let [x, y, _] = robot.base_pose;
-        Self { base_start: [x, y], withdrawn, press: 0.0, stage: Stage::Leaving, held_up: 0.0 }
+        Self { base_start: [x, y], withdrawn, press: 0.0, way_down: 0.0, stage: Stage::Leaving, held_up: 0.0 }
     }
 
     fn backed(&self, robot: &RobotState) -> f64 {
@@ -93,6 +95,7 @@ impl ExpertPicker {
             if landed || self.core.motion.is_over() {
                 return self.let_go(deposit, velocity, robot);
             }
+            self.slow_down(deposit.way_down);
         }
         if self.core.arm_stalled() {
             return Next::Fail(FailureReason::Blocked);
@@ -105,20 +108,31 @@ impl ExpertPicker {
                 deposit.stage = Stage::Swinging;
             }
         } else if self.core.motion.is_over() && (robot.q - above).amax() <= self.config.place.arrived.si() {
-            self.lower_from(&above, &low);
+            deposit.way_down = self.lower_from(&above, &low);
             self.core.fingers.force = self.config.place.hold.si();
             (deposit.press, deposit.stage) = (0.0, Stage::Lowering);
         }
         Next::Stay(Phase::Deposit(deposit), velocity)
     }
 
-    /// Starts the hand straight down from one posture to the height of another.
-    fn lower_from(&mut self, above: &JointVector, low: &JointVector) {
+    /// Starts the hand straight down from one posture to the height of another. Returns the length of the way \[m\].
+    fn lower_from(&mut self, above: &JointVector, low: &JointVector) -> f64 {
         let height = |q: &JointVector| self.core.arm.tcp(q).translation.vector.z;
         let way = height(above) - height(low);
         let (arm, c) = (&self.core.config.arm, &self.config.place);
-        self.core.motion.go_straight(&self.core.arm, -Vec3::z(), way, c.speed.si(), arm);
+        self.core.motion.go_straight(&self.core.arm, -Vec3::z(), way, c.brisk.si(), arm);
         self.core.motion.set_line_acceleration(self.config.leave.acceleration.si());
+        way
+    }
+
+    /// Limits the speed of the way down so that the hand is as slow as it lands once the fruit may touch something.
+    fn slow_down(&mut self, way_down: f64) {
+        let c = &self.config.place;
+        let travelled = self.core.motion.travelled().unwrap_or(way_down);
+        let before = (way_down - c.near.si() - travelled).max(0.0);
+        let (landing, braking) = (c.speed.si(), 2.0 * self.config.leave.acceleration.si() * before);
+        let speed = (landing * landing + braking).sqrt().min(c.brisk.si().max(landing));
+        self.core.motion.set_line_speed(speed);
     }
 
     fn let_go(&mut self, mut deposit: Deposit, base_velocity: [f64; 3], robot: &RobotState) -> Next {

@@ -3,8 +3,8 @@
 //! Each frame's joint velocities are a quadratic program ([`ArmKinematics::velocity_step`]): they follow the hand's wanted
 //! velocity within the joints' limits, with the links clear of each other and of seen obstacles.
 
-use crate::config::section;
 use crate::motion::stopping_speed;
+use crate::section::section;
 use nalgebra::Vector6;
 use orchard_geometry::{Pose, Vec3};
 use orchard_quantity::{Count, Quantity};
