@@ -140,7 +140,8 @@ impl PickerCore {
             let report = self.perception.see(image, &observation.intrinsics, then, &self.arm);
             self.record.images.push(report);
             if self.state == State::Scan && self.mobility.is_free() {
-                self.walls.see(std::mem::take(&mut self.perception.thin), &self.config.wires);
+                let eye = (then.x_odom_base * self.arm.camera(&then.q)).translation.vector;
+                self.walls.see(std::mem::take(&mut self.perception.thin), eye, &self.config.wires);
             }
             self.fresh_image = (then.q - robot.q).amax() <= self.config.arm.arrived.si();
             self.imaged = Some((then.clone(), observation.intrinsics));
@@ -158,8 +159,12 @@ impl PickerCore {
         let then = self.memory.at(time);
         if let Some(watch) = &mut self.watch {
             let x_odom_camera = then.map(|then| then.x_odom_base * self.arm.camera(&then.q));
-            // A camera that is so near to leaves, fruit or bucket sees nothing.
-            let excused = !matches!(self.state, State::Scan | State::Align | State::Safe);
+            // A camera that is so near to fruit or bucket sees nothing, nor does one before which a leaf hangs at the look posture.
+            let excused = match self.state {
+                State::Grasp | State::Pull | State::Deposit | State::Retreat => true,
+                State::Reach => self.state_start - self.perception.last_sight < watch.blindness(),
+                State::Scan | State::Align | State::Safe => false,
+            };
             if !watch.take_image(depth, x_odom_camera, self.perception.shows(depth), excused) {
                 return None;
             }

@@ -38,9 +38,9 @@ impl Walls {
         }
     }
 
-    /// Takes note of the wires among the thin points of an image, odom \[m\].
-    pub fn see(&mut self, points: Vec<Vec3>, c: &WiresConfig) {
-        self.wires.see(points, c);
+    /// Takes note of the wires among the thin points of an image by a camera at a position, both odom \[m\].
+    pub fn see(&mut self, points: Vec<Vec3>, eye: Vec3, c: &WiresConfig) {
+        self.wires.see(points, eye, c);
     }
 
     /// True if the way to a goal, straight or around the tree, crosses a wall.
@@ -138,9 +138,14 @@ mod tests {
         let mut walls = Walls::default();
         let goal = |x: f64, y: f64| BaseGoal { x, y, yaw: 0.0 };
         let (tree, south) = (Vec3::zeros(), robot(0.2, -1.5));
-        walls.see(wire(0.6).collect(), &config.wires);
+        let look = |walls: &mut Walls, z: f64| {
+            for x in [0.0, 0.5] {
+                walls.see(wire(z).collect(), Vec3::new(x, -1.5, 1.0), &config.wires);
+            }
+        };
+        look(&mut walls, 0.6);
         assert!(!walls.bar(&south, &goal(0.0, 1.3), &tree, &config), "one wire alone");
-        walls.see(wire(1.0).collect(), &config.wires);
+        look(&mut walls, 1.0);
         for (x, y, barred) in [(0.0, 1.3, true), (1.2, 0.8, true), (0.0, -1.0, false), (-1.2, -0.6, false)] {
             assert_eq!(walls.bar(&south, &goal(x, y), &tree, &config), barred, "{x} {y}");
         }

@@ -64,6 +64,11 @@ impl Watch {
         }
     }
 
+    /// Time with images that show nothing after which the camera counts as blind \[s\].
+    pub fn blindness(&self) -> f64 {
+        self.config.blindness.si()
+    }
+
     /// True while an alarm lasts.
     pub fn has(&self, alarm: Alarm) -> bool {
         self.raised.contains(&alarm)

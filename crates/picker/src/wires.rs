@@ -29,6 +29,8 @@ section! {
         spacing: Quantity,
         /// Largest distance between them across, seen from above.
         apart: Quantity,
+        /// Least distance of the camera between two views of a wire, without which it does not count.
+        parallax: Quantity,
     }
 }
 
@@ -139,27 +141,41 @@ fn best(points: &[Vec3], c: &WiresConfig) -> Option<(Wire, usize)> {
     best
 }
 
+/// A wire and what is known of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Seen {
+    wire: Wire,
+    /// Position of the camera that saw it first, odom.
+    eye: Vec3,
+    /// True once it was seen from another place: things that lie in a row from one place only are no wire.
+    confirmed: bool,
+}
+
 /// Wires seen so far, odom.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Wires {
-    seen: Vec<Wire>,
+    seen: Vec<Seen>,
 }
 
 impl Wires {
-    /// Takes note of the wires of an image; one that goes on where a known one is makes it longer.
-    pub fn see(&mut self, points: Vec<Vec3>, c: &WiresConfig) {
+    /// Takes note of the wires of an image by a camera at a position; one that goes on where a known one is makes it longer.
+    pub fn see(&mut self, points: Vec<Vec3>, eye: Vec3, c: &WiresConfig) {
         for wire in wires(points, c) {
-            match self.seen.iter_mut().find(|known| wire.ends.iter().all(|p| known.holds(p, c))) {
-                Some(known) => *known = known.through(wire.ends.iter()),
-                None => self.seen.push(wire),
+            match self.seen.iter_mut().find(|known| wire.ends.iter().all(|p| known.wire.holds(p, c))) {
+                Some(known) => {
+                    known.wire = known.wire.through(wire.ends.iter());
+                    known.confirmed |= (eye - known.eye).norm() >= c.parallax.si();
+                }
+                None => self.seen.push(Seen { wire, eye, confirmed: false }),
             }
         }
     }
 
-    /// Wires of a trellis below a height \[m\]: those that have another one above or below.
+    /// Wires of a trellis below a height \[m\]: those that have another one above or below, both seen from two places.
     pub fn of_trellis<'a>(&'a self, below: f64, c: &'a WiresConfig) -> impl Iterator<Item = &'a Wire> {
-        let is_paired = |wire: &Wire| self.seen.iter().any(|other| wire.is_beside(other, c));
-        self.seen.iter().filter(move |wire| wire.ends[0].z < below && is_paired(wire))
+        let sure = || self.seen.iter().filter(|seen| seen.confirmed).map(|seen| &seen.wire);
+        let is_paired = move |wire: &Wire| sure().any(|other| wire.is_beside(other, c));
+        sure().filter(move |wire| wire.ends[0].z < below && is_paired(wire))
     }
 }
 
@@ -190,32 +206,40 @@ mod tests {
     fn seen(depth: &DepthImage, camera: &Intrinsics, x: &Pose, c: &WiresConfig) -> Wires {
         let mut wires = Wires::default();
         let none = Image::filled(camera.width, camera.height, false);
-        wires.see(thin_points(depth, camera, &none, x, c), c);
+        for aside in [0.0, 0.5] {
+            // The wires go along x, so that the image is the same from there.
+            let x = Translation3::new(aside, 0.0, 0.0) * x;
+            wires.see(thin_points(depth, camera, &none, &x, c), x.translation.vector, c);
+        }
         wires
     }
 
-    /// Two wires one above the other are a trellis, from end to end; a second look adds none. One alone is none, nor does a thick bar count, nor a wire above
+    /// Two wires one above the other are a trellis, from end to end, once they are seen from two places. One alone is none, nor does a thick bar count, nor a wire above
     /// the robot, nor anything for the baseline.
     #[test]
     fn wires_above_each_other_are_a_trellis() {
         let c = ExpertConfig::preset().shared.wires;
         let (depth, camera, x) = image(&[1.3, 0.8]);
-        let mut wires = seen(&depth, &camera, &x, &c);
+        let wires = seen(&depth, &camera, &x, &c);
         let found: Vec<Wire> = wires.of_trellis(2.0, &c).copied().collect();
         assert_eq!(found.len(), 2);
-        let half = 0.5 * 188.0 / camera.fx * 2.0;
+        let length = 188.0 / camera.fx * 2.0 + 0.5;
         for (wire, height) in found.iter().zip([1.3, 0.8]) {
             // A pixel is 21 mm there.
             assert!((wire.ends[0].z - height).abs() < 0.011, "{wire:?}");
             let [a, b] = wire.on_ground(0.0);
             assert!((a.y - 2.0).abs() < 1e-9 && (b.y - 2.0).abs() < 1e-9);
-            assert!(((a - b).norm() - 2.0 * half).abs() < 1e-6, "{wire:?}");
-            assert!((wire.on_ground(0.6)[0] - a).norm() - 0.6 < 1e-9);
+            assert!(((a - b).norm() - length).abs() < 1e-6, "{wire:?}");
+            assert!(((wire.on_ground(0.6)[0] - a).norm() - 0.6).abs() < 1e-9);
         }
-        let none = Image::filled(camera.width, camera.height, false);
-        wires.see(thin_points(&depth, &camera, &none, &x, &c), &c);
         assert_eq!(wires.seen.len(), 2);
         assert_eq!(wires.of_trellis(1.0, &c).count(), 1);
+        let none = Image::filled(camera.width, camera.height, false);
+        let mut once = Wires::default();
+        for _ in 0..2 {
+            once.see(thin_points(&depth, &camera, &none, &x, &c), x.translation.vector, &c);
+        }
+        assert_eq!(once.of_trellis(2.0, &c).count(), 0, "seen from one place");
 
         let (depth, ..) = image(&[1.3]);
         assert_eq!(seen(&depth, &camera, &x, &c).of_trellis(2.0, &c).count(), 0);

@@ -176,6 +176,10 @@ impl ExpertPicker {
         if self.core.arm_stalled() || self.core.elapsed(robot) > self.core.config.timeout.reach.si() {
             return Next::Fail(FailureReason::ReachStalled);
         }
+        if self.is_blind(robot) {
+            // A leaf hangs before the lens, or the camera fails.
+            return Next::Fail(FailureReason::NoSight);
+        }
         if reach.recoiling {
             if !self.core.motion.is_over() {
                 return Next::Stay(Phase::Reach(reach), STILL);
