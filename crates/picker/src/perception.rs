@@ -15,13 +15,12 @@ use std::collections::VecDeque;
 pub(crate) struct Perception {
     detector: DetectorConfig,
     config: CloudConfig,
-    wires: WiresConfig,
     /// Half-extents of the deck, base frame.
     deck: Vec3,
     pub tracker: Tracker,
     pub belief: Belief,
     clouds: VecDeque<Vec<SeenPoint>>,
-    /// Points of the last image that may show wires, odom \[m\].
+    /// Points of the last image that may show wires, odom \[m\]; none if it was not looked through for them.
     pub thin: Vec<Vec3>,
     /// Fruit of the last image, odom.
     pub sightings: Vec<Sighting>,
@@ -82,7 +81,6 @@ impl Perception {
             detector,
             deck,
             config: config.cloud.clone(),
-            wires: config.wires.clone(),
             belief: Belief::new(&config.belief),
             clouds: VecDeque::new(),
             thin: Vec::new(),
@@ -94,13 +92,15 @@ impl Perception {
         }
     }
 
-    /// Processes an image and returns a report of its detections. `robot` is the robot's state when the image was taken.
+    /// Processes an image and returns a report of its detections. `robot` is the robot's state when the image was taken. With `wires` it is looked through for
+    /// them.
     pub fn see(
         &mut self,
         image: RgbdImage<'_>,
         intrinsics: &Intrinsics,
         robot: &RobotState,
         arm: &ArmKinematics,
+        wires: Option<&WiresConfig>,
     ) -> ImageReport {
         let depth = image.depth;
         self.images = self.images.wrapping_add(1);
@@ -132,7 +132,8 @@ impl Perception {
             self.forget_vanished(depth, intrinsics, &x_odom_camera);
         }
         self.remember(depth, intrinsics, &ignored, &x_odom_camera);
-        self.thin = thin_points(depth, intrinsics, &ignored, &x_odom_camera, &self.wires);
+        let thin = |c| thin_points(depth, intrinsics, &ignored, &x_odom_camera, c);
+        self.thin = wires.map(thin).unwrap_or_default();
         ImageReport { time: robot.time, detections: self.sightings.clone() }
     }
 

@@ -137,11 +137,13 @@ impl PickerCore {
         {
             let then = &then;
             let image = RgbdImage { depth, colour: observation.colour.as_deref() };
-            let report = self.perception.see(image, &observation.intrinsics, then, &self.arm);
+            let scans = self.state == State::Scan && self.mobility.is_free();
+            let wires = Some(&self.config.wires).filter(|c| scans && c.points.get() > 0);
+            let report = self.perception.see(image, &observation.intrinsics, then, &self.arm, wires);
             self.record.images.push(report);
-            if self.state == State::Scan && self.mobility.is_free() {
+            if let Some(wires) = wires {
                 let eye = (then.x_odom_base * self.arm.camera(&then.q)).translation.vector;
-                self.walls.see(std::mem::take(&mut self.perception.thin), eye, &self.config.wires);
+                self.walls.see(std::mem::take(&mut self.perception.thin), eye, wires);
             }
             self.fresh_image = (then.q - robot.q).amax() <= self.config.arm.arrived.si();
             self.imaged = Some((then.clone(), observation.intrinsics));
@@ -159,7 +161,7 @@ impl PickerCore {
         let then = self.memory.at(time);
         if let Some(watch) = &mut self.watch {
             let x_odom_camera = then.map(|then| then.x_odom_base * self.arm.camera(&then.q));
-            // A camera that is so near to fruit or bucket sees nothing, nor does one before which a leaf hangs at the look posture.
+            // Too close to fruit or bucket a camera sees nothing, and at the look posture a leaf may hang before it.
             let excused = match self.state {
                 State::Grasp | State::Pull | State::Deposit | State::Retreat => true,
                 State::Reach => self.state_start - self.perception.last_sight < watch.blindness(),
