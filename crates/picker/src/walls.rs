@@ -1,7 +1,7 @@
 //! Walls: lines on the ground that the base does not cross, since wires are seen there or something has held it.
 //!
-//! Wires and posts of a trellis stand in rows. Sharp images show [wires](crate::wires) as dotted lines, coarse ones do not. What holds the base is therefore
-//! taken for a straight piece of a row across its way, known by the base's stop alone.
+//! Wires and posts of a trellis stand in rows. Images show [wires](crate::wires) as dotted lines, but not always. So what holds the base is taken for a straight
+//! piece of a row across its way, known by the base's stop alone.
 
 use crate::config::{DriveConfig, PickerConfig};
 use crate::drive::{BaseGoal, bearing_of};
