@@ -105,7 +105,7 @@ impl PickerCore {
     /// The arm's reach depends on distance and height alone.
     fn place_for(&self, track: &Track, robot: &RobotState) -> Option<Choice> {
         let align = &self.config.align;
-        let points: Vec<SeenPoint> = self.perception.points().copied().collect();
+        let points: Vec<SeenPoint> = self.perception.points().collect();
         let cheaper = |a: &Choice, b: &Choice| a.cost.total_cmp(&b.cost);
         if !self.mobility.is_free() {
             return self.choice_at(track, robot, self.nearest_goal(robot, track), &points);

@@ -90,6 +90,10 @@ section! {
         wood_step: Quantity,
         /// Most columns of cells over the image's width.
         wood_columns: Count,
+        /// Width of the cubes in which wood is remembered beyond the images kept. 0: it is not.
+        wood_grid: Quantity,
+        /// Number of images that must have shown wood in a cube.
+        wood_images: Count,
         /// Drops the tracks of fruit whose place the camera sees through.
         forget_vanished: bool,
     }

@@ -31,6 +31,7 @@ use crate::robot_state::RobotState;
 use crate::scan::Scan;
 use crate::task::AssignedTask;
 use crate::watch::Watch;
+use orchard_geometry::Vec3;
 use orchard_perception::DetectorConfig;
 use orchard_robot::{Command, JointVector, Observation, RobotModel};
 
@@ -42,10 +43,8 @@ pub struct ExpertPicker {
     config: ExpertConfig,
     slots: Slots,
     phase: Phase,
-    /// Smoothed force on the hand \[N\].
-    touch: f64,
-    /// Smoothed force with which the hand holds something up, also on a base that accelerates \[N\].
-    load: f64,
+    /// Smoothed force that the hand exerts \[N\], base axes, without what the motion of arm and base takes.
+    force: Vec3,
 }
 
 /// State of the state machine, with the memory of that state.
@@ -102,7 +101,7 @@ impl ExpertPicker {
         let mut core = PickerCore::new(robot, detector, config.shared.clone(), phase.state());
         core.watch = Some(Watch::new(&config.watch));
         let slots = Slots::new(&core.arm, &robot.bucket(), &core.postures.carry(), &config.place);
-        Self { core, slots, config, phase, touch: 0.0, load: 0.0 }
+        Self { core, slots, config, phase, force: Vec3::zeros() }
     }
 
     /// Returns the picker without its watch, to measure what the watch is worth: it tells no fault but a fruit lost on the way to the bucket.
@@ -141,9 +140,8 @@ impl ExpertPicker {
         self.swing_through([WayPoint { q, blend: 0.0 }]);
     }
 
-    /// Starts the arm to a posture among branches: slower, so that it stops soon after a contact. Resets the smoothed force on the hand.
+    /// Starts the arm to a posture among branches: slower, so that it stops soon after a contact.
     fn swing_among(&mut self, q: JointVector, caution: Caution) {
-        self.touch = 0.0;
         let speed = self.config.unfold.speed.si() * self.speed_share(caution);
         let pace = Pace { speed, acceleration: self.config.swift.acceleration.si() };
         self.core.motion.go_through([WayPoint { q, blend: 0.0 }], pace);
@@ -159,7 +157,20 @@ impl ExpertPicker {
 
     /// True if something presses on the empty hand.
     fn is_pressed(&self) -> bool {
-        self.touch > self.config.feel.touch_max.si()
+        self.force.norm() > self.config.feel.touch_max.si()
+    }
+
+    /// Lets the hand go on along its line out of the canopy: the slower the harder it presses, at most at `speed` [m/s], and aside where it is pressed.
+    /// Returns the share of its speed.
+    fn slip_out(&mut self, direction: &Vec3, speed: f64) -> f64 {
+        let load = &self.config.load;
+        let share = (load.most.si() - self.force.norm()) / load.band.si();
+        let share = share.clamp(self.config.homing.pace_min.si(), 1.0);
+        self.core.motion.set_line_speed(share * speed);
+        let across = self.force - direction * self.force.dot(direction);
+        let give = -across * (speed / load.give_force.si());
+        self.core.motion.drift_off_line(give.cap_magnitude(speed), load.give_most.si());
+        share
     }
 
     /// True if fingers or cup still hold the fruit; a fruit held off its middle may turn, and the gap may shrink.
@@ -221,13 +232,9 @@ impl Machine for ExpertPicker {
     }
 
     fn take_in(&mut self, robot: &RobotState) {
-        let force = self.core.tcp_force(robot).norm();
-        if force.is_finite() {
-            self.touch += (force - self.touch) * self.config.feel.touch_weight.si();
-        }
-        let load = self.core.tcp_force_in_motion(robot).z;
-        if load.is_finite() {
-            self.load += (load - self.load) * self.config.feel.touch_weight.si();
+        let force = self.core.tcp_force_in_motion(robot);
+        if force.iter().all(|x| x.is_finite()) {
+            self.force += (force - self.force) * self.config.feel.touch_weight.si();
         }
         self.watch(robot);
     }

@@ -33,6 +33,7 @@ mod task;
 mod walls;
 mod watch;
 mod wires;
+mod wood_memory;
 
 pub use baseline::BaselinePicker;
 pub use config::{BASELINE_TOML, PickerConfig};

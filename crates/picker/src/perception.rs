@@ -5,6 +5,7 @@ use crate::config::{BeliefConfig, CloudConfig, PickerConfig};
 use crate::record::ImageReport;
 use crate::robot_state::RobotState;
 use crate::wires::{WiresConfig, thin_points};
+use crate::wood_memory::WoodMemory;
 use orchard_geometry::{DepthImage, Image, Intrinsics, Pose, Shape, Vec3, inverse_transform, transform};
 use orchard_perception::{DetectorConfig, RgbdImage, Sighting, Tracker, detect, mask};
 use orchard_robot::ArmKinematics;
@@ -20,6 +21,7 @@ pub(crate) struct Perception {
     pub tracker: Tracker,
     pub belief: Belief,
     clouds: VecDeque<Vec<SeenPoint>>,
+    wood: WoodMemory,
     /// Points of the last image that may show wires, odom \[m\]; none if it was not looked through for them.
     pub thin: Vec<Vec3>,
     /// Fruit of the last image, odom.
@@ -83,6 +85,7 @@ impl Perception {
             config: config.cloud.clone(),
             belief: Belief::new(&config.belief),
             clouds: VecDeque::new(),
+            wood: WoodMemory::default(),
             thin: Vec::new(),
             sightings: Vec::new(),
             images: 0,
@@ -195,15 +198,18 @@ impl Perception {
         }
         self.belief.see(&canopy);
         self.canopy_share = Some(canopy.len() as f64 / f64::from(pixels.max(1)));
+        self.wood.see(&near, self.images, &self.config);
         self.clouds.push_back(near);
         while self.clouds.len() > self.config.images.get() as usize {
             self.clouds.pop_front();
         }
     }
 
-    /// Points of the last images, odom \[m\].
-    pub fn points(&self) -> impl Iterator<Item = &SeenPoint> {
-        self.clouds.iter().flatten()
+    /// Points of the last images, and wood remembered from earlier ones, odom \[m\].
+    pub fn points(&self) -> impl Iterator<Item = SeenPoint> {
+        let kept = u32::try_from(self.clouds.len()).unwrap_or(u32::MAX);
+        let earlier = self.wood.until(self.images.saturating_sub(kept), &self.config);
+        self.clouds.iter().flatten().copied().chain(earlier)
     }
 }
 

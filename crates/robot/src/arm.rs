@@ -157,7 +157,20 @@ impl ArmKinematics {
         base: &BaseMotion,
         gravity: &Vec3,
     ) -> Wrench {
-        self.load_of(q, &(torque - self.chain.motion_torque(q, v, a, base, gravity)))
+        self.load_of(q, &(torque - self.motion_torque(q, v, a, base, gravity)))
+    }
+
+    /// Joint torques of a motion on a moving base [N m]: inertia, velocity products, gravity [m/s2] and the base's motion. `v` and `a` are the joint
+    /// velocities [rad/s] and accelerations [rad/s2]; all vectors are in base axes.
+    pub fn motion_torque(
+        &self,
+        q: &JointVector,
+        v: &JointVector,
+        a: &JointVector,
+        base: &BaseMotion,
+        gravity: &Vec3,
+    ) -> JointVector {
+        self.chain.motion_torque(q, v, a, base, gravity)
     }
 
     /// Least-squares wrench at the TCP that explains joint torques [N m]; none where the arm is singular.

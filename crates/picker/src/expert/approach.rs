@@ -57,6 +57,10 @@ impl ExpertPicker {
         if align.unfolding && self.is_pressed() {
             return self.recoil(0, robot);
         }
+        if self.force.norm() > self.config.feel.drive_max.si() {
+            self.core.note_yielding(robot, self.force.norm());
+            return Next::Fail(FailureReason::Blocked);
+        }
         let blind = self.is_blind(robot);
         let Drive { velocity, stands } = match self.core.drive_to(&align.goal, &mut align.stall, blind, robot)
         {
@@ -162,7 +166,7 @@ impl ExpertPicker {
 
     /// Goes back to the carrying posture after the hand has met wood, to approach from another direction if a try is left.
     fn recoil(&mut self, failed: u32, robot: &RobotState) -> Next {
-        self.core.note_yielding(robot, self.touch);
+        self.core.note_yielding(robot, self.force.norm());
         let failed = failed + 1;
         if failed >= self.config.homing.tries.get() {
             return Next::Fail(FailureReason::Blocked);

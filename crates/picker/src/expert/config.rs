@@ -89,6 +89,8 @@ section! {
         touch_weight: Quantity,
         /// Largest force on the hand outside a pull; a larger one is wood.
         touch_max: Quantity,
+        /// Force on the hand that ends a drive with the arm folded.
+        drive_max: Quantity,
         /// Time without sight after which the picker stands still.
         blind_time: Quantity,
     }

@@ -158,7 +158,12 @@ impl ExpertPicker {
                 }
                 Next::Stay(Phase::Grasp(grasp), STILL)
             }
-            Stage::Backing if !self.core.motion.is_over() => Next::Stay(Phase::Grasp(grasp), STILL),
+            Stage::Backing if !self.core.motion.is_over() => {
+                if let Some(direction) = self.core.attempt.as_ref().map(|a| -a.plan.direction()) {
+                    self.slip_out(&direction, self.core.config.arm.approach_speed.si());
+                }
+                Next::Stay(Phase::Grasp(grasp), STILL)
+            }
             Stage::Backing => self.look_again(grasp.refused, grasp.failed, robot),
         }
     }
@@ -217,7 +222,7 @@ impl ExpertPicker {
             return self.try_again(grasp, FailureReason::GraspUnreachable, robot);
         }
         if !near && pushed {
-            self.core.note_yielding(robot, grasp.push.max(self.touch));
+            self.core.note_yielding(robot, grasp.push.max(self.force.norm()));
             return self.try_again(grasp, FailureReason::GraspStalled, robot);
         }
         let sealed = self.core.is_sealed(robot);

@@ -54,7 +54,7 @@ impl ExpertPicker {
         let leave = &self.config.leave;
         let leave_distance = leave.distance.si();
         let backing = backed < leave.base_distance.si() && !self.is_blind(robot);
-        let velocity = if backing { [-leave.base_speed.si(), 0.0, 0.0] } else { STILL };
+        let mut velocity = if backing { [-leave.base_speed.si(), 0.0, 0.0] } else { STILL };
         if let Stage::Opening { since } = deposit.stage {
             if robot.time - since < self.config.place.open_time.si() {
                 return Next::Stay(Phase::Deposit(deposit), velocity);
@@ -101,6 +101,9 @@ impl ExpertPicker {
             return Next::Fail(FailureReason::Blocked);
         }
         if deposit.stage == Stage::Leaving {
+            let direction = self.core.attempt.as_ref().map_or(Vec3::zeros(), |a| -a.plan.direction());
+            let share = self.slip_out(&direction, self.config.leave.speed.si());
+            velocity = velocity.map(|v| v * share);
             deposit.withdrawn = self.core.motion.travelled().unwrap_or(deposit.withdrawn);
             if self.core.motion.is_over() || deposit.withdrawn + backed >= leave_distance {
                 self.core.motion.stop();
@@ -173,6 +176,24 @@ mod tests {
     use crate::expert::ExpertConfig;
     use orchard_perception::DetectorConfig;
     use orchard_robot::RobotModel;
+
+    /// On the way out of the canopy base and hand are the slower the harder the hand presses, and the hand gives way aside.
+    #[test]
+    fn the_way_out_is_slower_where_the_hand_presses() {
+        let model = RobotModel::paper();
+        let mut picker = ExpertPicker::new(&model, DetectorConfig::paper(), ExpertConfig::preset());
+        picker.core.perception.blind = false;
+        let robot = RobotState { q: picker.core.arm.home(), width: 0.06, ..RobotState::still(1.0) };
+        let (most, band) = (picker.config.load.most.si(), picker.config.load.band.si());
+        let least = picker.config.homing.pace_min.si();
+        for (force, share) in [(0.0, 1.0), (most - 0.5 * band, 0.5), (2.0 * most, least)] {
+            picker.force = Vec3::y() * force;
+            let next = picker.deposit(Deposit::leaving(&robot, 0.0), &robot);
+            let Next::Stay(_, velocity) = next else { panic!("it has left") };
+            let full = picker.config.leave.base_speed.si();
+            assert!((velocity[0] + share * full).abs() < 1e-12, "{force}: {velocity:?}");
+        }
+    }
 
     /// In the bucket the fingers open by little more than the fruit and with little force, and stay so until the hand has left it.
     #[test]

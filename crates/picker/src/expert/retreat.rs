@@ -23,8 +23,8 @@ pub(crate) struct Retreat {
 enum Stage {
     /// Waiting for the fingers, then going back along a direction of the base frame.
     Opening(Vec3),
-    /// Going back along the approach.
-    Back,
+    /// Going back along that direction.
+    Back(Vec3),
     /// Rising above the bucket, if the hand is in it.
     Up,
     /// Moving to the carrying posture.
@@ -61,11 +61,13 @@ impl ExpertPicker {
                 let open = self.core.fingers_are_open(robot);
                 if open || robot.time - retreat.since >= self.config.place.open_time.si() {
                     self.withdraw(direction, robot);
-                    retreat.stage = Stage::Back;
+                    retreat.stage = Stage::Back(direction);
                 }
             }
-            Stage::Back if self.core.motion.is_over() => retreat.stage = Stage::Home,
-            Stage::Back => {}
+            Stage::Back(_) if self.core.motion.is_over() => retreat.stage = Stage::Home,
+            Stage::Back(direction) => {
+                self.slip_out(&direction, self.core.config.arm.approach_speed.si());
+            }
             Stage::Up => {
                 self.leave_bucket(robot);
                 retreat.stage = Stage::Home;
@@ -77,6 +79,14 @@ impl ExpertPicker {
                 };
             }
             Stage::Home => {
+                let may_draw = retreat.drawn <= self.config.watch.draw.si();
+                if may_draw
+                    && self.is_pressed()
+                    && !self.is_over_bucket(robot)
+                    && let Some(velocity) = self.give_way(&mut retreat.drawn, robot)
+                {
+                    return Next::Stay(Phase::Retreat(retreat), velocity);
+                }
                 let carry = self.core.postures.carry();
                 if *self.core.motion.goal() != carry {
                     self.swing_among(carry, Caution::High);
@@ -90,5 +100,42 @@ impl ExpertPicker {
             }
         }
         Next::Stay(Phase::Retreat(retreat), STILL)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::expert::ExpertConfig;
+    use orchard_perception::DetectorConfig;
+    use orchard_robot::RobotModel;
+
+    /// What presses on the folding arm stops it: the arm gives way and the base draws it out, for some time at most.
+    #[test]
+    fn an_arm_that_is_pressed_gives_way() {
+        let model = RobotModel::paper();
+        let mut picker = ExpertPicker::new(&model, DetectorConfig::paper(), ExpertConfig::preset());
+        let mut robot = RobotState { q: picker.core.arm.home(), dt: 1.0 / 60.0, ..RobotState::still(0.0) };
+        let most = picker.config.watch.draw.si();
+        picker.core.perception.blind = false;
+        for force in [0.5, 1.5].map(|share| Vec3::x() * (share * picker.config.feel.touch_max.si())) {
+            picker.force = force;
+            let mut retreat = Retreat::after_failure(State::Reach, None, &robot);
+            let (mut gave_way, steps) = (0, (2.0 * most / robot.dt) as usize);
+            for _ in 0..steps {
+                robot.time += robot.dt;
+                let next = picker.retreat(retreat, &robot);
+                let Next::Stay(Phase::Retreat(after), velocity) = next else { break };
+                gave_way += usize::from(velocity[0] < 0.0 && picker.core.motion.is_over());
+                retreat = after;
+            }
+            let time = gave_way as f64 * robot.dt;
+            if picker.is_pressed() {
+                assert!(time > 0.5 * most && time < most + 0.1, "{time}");
+                assert!(!picker.core.motion.is_over(), "it folds in the end");
+            } else {
+                assert_eq!(gave_way, 0);
+            }
+        }
     }
 }

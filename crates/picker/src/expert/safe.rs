@@ -50,7 +50,7 @@ impl ExpertPicker {
     pub(crate) fn watch(&mut self, robot: &RobotState) {
         // In grasp and pull, and over the bucket, the hand presses on purpose.
         let presses = matches!(self.state(), State::Grasp | State::Pull) || self.is_over_bucket(robot);
-        let force = if presses { 0.0 } else { self.load };
+        let force = if presses { 0.0 } else { self.force.z };
         if self.has(Alarm::ReadingNotFinite) {
             self.call_off(Alarm::ReadingNotFinite, robot.time);
             // Nothing could be done in the time that has passed.

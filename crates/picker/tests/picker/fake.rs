@@ -4,7 +4,7 @@
 use orchard_geometry::{DepthImage, Image, Intrinsics, Pose, Rotation, Vec3, inverse_transform, transform};
 use orchard_perception::DetectorConfig;
 use orchard_picker::{Controller, Kind};
-use orchard_robot::{Bucket, Command, JointValues, JointVector, Observation, RobotModel};
+use orchard_robot::{BaseMotion, Bucket, Command, JointValues, JointVector, Observation, RobotModel};
 use std::collections::VecDeque;
 
 const FRAME: f64 = 1.0 / 60.0;
@@ -80,6 +80,7 @@ pub struct FakeWorld {
     /// Force of each finger drive, positive opening \[N\].
     squeeze: f64,
     base_velocity: [f64; 3],
+    base_acceleration: [f64; 3],
     gripped: Option<usize>,
     bucket: Bucket,
 }
@@ -108,6 +109,7 @@ impl FakeWorld {
             fingers: 0.04,
             squeeze: 0.0,
             base_velocity: [0.0; 3],
+            base_acceleration: [0.0; 3],
             gripped: None,
             bucket: robot.bucket(),
             robot,
@@ -137,7 +139,13 @@ impl FakeWorld {
 
     pub fn observe(&mut self) -> Observation {
         let arm = self.robot.kinematics();
-        let mut torque = arm.gravity_torque(&self.q, &GRAVITY) + arm.inertial_torque(&self.q, &self.a);
+        let [x, y, turn] = self.base_acceleration;
+        let base = BaseMotion {
+            acceleration: self.x_base().rotation.inverse() * Vec3::new(x, y, 0.0),
+            angular_velocity: Vec3::z() * self.base_velocity[2],
+            angular_acceleration: Vec3::z() * turn,
+        };
+        let mut torque = arm.motion_torque(&self.q, &self.v, &self.a, &base, &GRAVITY);
         if let Some(i) = self.gripped
             && self.fruit[i].fate == Fate::Hanging
         {
@@ -219,7 +227,8 @@ impl FakeWorld {
         let turn = Rotation::from_axis_angle(&Vec3::z_axis(), self.base[2]);
         let [forward, left, yaw_rate] = command.base_velocity;
         let v = turn * Vec3::new(forward, left, 0.0);
-        self.base_velocity = [v.x, v.y, yaw_rate];
+        let last = std::mem::replace(&mut self.base_velocity, [v.x, v.y, yaw_rate]);
+        self.base_acceleration = std::array::from_fn(|k| (self.base_velocity[k] - last[k]) / FRAME);
         for k in 0..3 {
             self.base[k] += self.base_velocity[k] * FRAME;
         }
