@@ -77,7 +77,11 @@ impl Run {
         assert!(all.iter().all(|(_, alarm, _)| alarms.contains(alarm)), "{all:?}");
         // A reading that cannot be read is told with the time of the last one that could.
         assert!((FROM - 0.02..FROM + within).contains(&told), "{all:?}");
-        let over = all.iter().rev().find(|(.., begins)| !begins).map_or(f64::INFINITY, |ended| ended.0);
+        let at_once = alarms.iter().all(|alarm| matches!(alarm, Alarm::OdometryJump | Alarm::FruitLost));
+        // What is over at once is handled once the expert goes for its next fruit.
+        let next = self.states.iter().find(|(time, state)| at_once && *time > told && *state == State::Align);
+        let unended = next.map_or(f64::INFINITY, |(time, _)| *time);
+        let over = all.iter().rev().find(|(.., begins)| !begins).map_or(unended, |ended| ended.0);
         let later: Vec<_> =
             self.events.iter().filter(|(time, _)| (told..over + FALL).contains(time)).collect();
         let damage = |event: &WorldEvent| {
