@@ -160,8 +160,8 @@ impl ExpertPicker {
         self.force.norm() > self.config.feel.touch_max.si()
     }
 
-    /// Lets the hand go on along its line out of the canopy: the slower the harder it presses, at most at `speed` [m/s], and aside where it is pressed.
-    /// Returns the share of its speed.
+    /// Moves the hand on along its straight way out of the canopy. It is the slower the harder the hand presses, at most `speed` [m/s], and the hand gives way
+    /// aside. Returns the share of the speed.
     fn slip_out(&mut self, direction: &Vec3, speed: f64) -> f64 {
         let load = &self.config.load;
         let share = (load.most.si() - self.force.norm()) / load.band.si();

@@ -305,4 +305,24 @@ mod tests {
             assert!(!picker.clear_of_neighbours(&robot), "nothing is left to clear");
         }
     }
+
+    /// A press on the folded arm ends a drive; one as bumps under the wheels cause it does not. An arm that unfolds goes back from the smaller one already.
+    #[test]
+    fn a_press_on_the_folded_arm_ends_the_drive() {
+        let model = RobotModel::paper();
+        for (share, unfolding, ends) in [(0.9, false, false), (1.1, false, true), (0.9, true, true)] {
+            let mut picker = ExpertPicker::new(&model, DetectorConfig::paper(), ExpertConfig::preset());
+            picker.core.perception.blind = false;
+            let robot = RobotState { q: picker.core.postures.carry(), ..RobotState::still(1.0) };
+            picker.force = Vec3::x() * (share * picker.config.feel.drive_max.si());
+            assert!(picker.is_pressed());
+            let goal = BaseGoal { x: 1.0, y: 0.0, yaw: 0.0 };
+            let next = picker.align(Align { unfolding, ..Align::towards(goal) }, &robot);
+            match next {
+                Next::Fail(reason) => assert!(ends && !unfolding && reason == FailureReason::Blocked),
+                Next::Enter(Phase::Reach(reach)) => assert!(unfolding && reach.recoiling),
+                _ => assert!(!ends, "{share} {unfolding}"),
+            }
+        }
+    }
 }

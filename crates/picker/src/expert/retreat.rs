@@ -110,7 +110,7 @@ mod tests {
     use orchard_perception::DetectorConfig;
     use orchard_robot::RobotModel;
 
-    /// What presses on the folding arm stops it: the arm gives way and the base draws it out, for some time at most.
+    /// An arm that is pressed on its way home gives way while the base draws it out, for some time at most; then it folds.
     #[test]
     fn an_arm_that_is_pressed_gives_way() {
         let model = RobotModel::paper();
