@@ -404,6 +404,35 @@ fn snapshots_hold_loose_fruit() {
 }
 
 /// A landing on an obstacle ball counts as one on another fruit.
+/// A fruit that rolls down a slope rests where the ground ends, and the world goes on; one that falls through the ground stops it.
+#[test]
+fn a_fruit_that_rolls_off_the_ground_rests_at_its_border() {
+    let slope = "[terrain]\nenabled = true\n[terrain.slope]\nangle = { value = 10, range = [0, 45], unit = 'deg', source = 'x' }\n\
+                 bearing = { value = 0, range = [-180, 180], unit = 'deg', source = 'x' }";
+    let spec = Spec::paper().overlaid("slope", slope.parse().unwrap()).unwrap();
+    let extent = spec.sim.plausible_extent.si();
+    let start = World::new(Arc::new(spec), Arc::new(RobotModel::paper()), 3, 0).unwrap();
+    let mut world = start.clone();
+    let radius = world.fruit().fruit[0].radius;
+    let height = |x: f64| start.terrain().unwrap().height(x, 0.0).unwrap();
+    let downhill = if height(extent - 1.0) < 0.0 { 1.0 } else { -1.0 };
+    let x = downhill * (extent - 0.5);
+    let p_world = Vec3::new(x, 0.0, height(x) + radius + 0.002);
+    put(&mut world, 0, p_world, Vec3::new(downhill, 0.0, 0.0), &hold());
+    for _ in 0..120 {
+        world.step(&hold());
+    }
+    assert_eq!(*world.status(), Status::Running);
+    let [p, v, _] = motion(&world, 0);
+    assert_eq!((p.x, v), (downhill * extent, Vec3::zeros()));
+    assert!(matches!(world.fruit_lives().phase(0), Phase::Asleep(Resting::Ground(_))));
+
+    let mut world = start;
+    put(&mut world, 0, Vec3::new(0.0, 3.0, -2.0 * extent), Vec3::zeros(), &hold());
+    world.step(&hold());
+    assert!(matches!(world.status(), Status::Quarantined { .. }), "{:?}", world.status());
+}
+
 #[test]
 fn obstacles_strike_back() {
     let mut engine = Engine::new(1.0 / 180.0, &Vec3::new(0.0, 0.0, -9.81), &Spec::paper().sim.loose);

@@ -325,6 +325,7 @@ impl State {
         if self.loose.engine.take().is_none() {
             return;
         }
+        self.stop_at_border(parts, spec.sim.plausible_extent.si());
         let State { data, fruit: lives, loose, .. } = self;
         let (set, speed) = (&parts.fruit, spec.sim.sleep_speed.si());
         let Loose { island, last, .. } = loose;
@@ -385,6 +386,22 @@ impl State {
                     data.point_v_world[point] = Vec3::zeros();
                     data.point_w_world[point] = Vec3::zeros();
                 }
+            }
+        }
+    }
+
+    /// Puts free fruit to rest that roll out of the plausible box by its sides, where the ground ends.
+    fn stop_at_border(&mut self, parts: &Parts, extent: f64) {
+        let State { data, fruit: lives, .. } = self;
+        for (i, point) in parts.fruit.points.iter().map(|point| point.index()).enumerate() {
+            let p = data.point_p_world[point];
+            // One whose motion is not finite stops the world.
+            if lives.phase(i) == Phase::Free && p.xy().amax() >= extent && data.is_finite() {
+                let p = Vec3::new(p.x.clamp(-extent, extent), p.y.clamp(-extent, extent), p.z);
+                lives.sleep(i, Resting::Ground(p));
+                data.point_p_world[point] = p;
+                data.point_v_world[point] = Vec3::zeros();
+                data.point_w_world[point] = Vec3::zeros();
             }
         }
     }
