@@ -1,8 +1,9 @@
 //! A node's inputs and attributes, as operators read them.
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 
 use crate::proto;
+use crate::spare::Spare;
 use crate::tensor::{Kind, Tensor, Values};
 
 /// A node while it is computed.
@@ -12,8 +13,22 @@ pub(crate) struct Call<'a> {
     pub attributes: &'a [proto::Attribute],
     /// Number of outputs that are asked for.
     pub outputs: usize,
-    /// Work that a run may still take.
-    pub budget: &'a Cell<u64>,
+    pub run: &'a Run,
+    /// True if a `Relu` follows at once: the operator takes the positive parts itself.
+    pub positive: bool,
+}
+
+/// What the nodes of a run share.
+pub(crate) struct Run {
+    /// Work that may still be taken.
+    pub budget: Cell<u64>,
+    pub spare: RefCell<Spare>,
+}
+
+impl Run {
+    pub fn new(spare: Spare) -> Self {
+        Self { budget: Cell::new(WORK_MAX), spare: RefCell::new(spare) }
+    }
 }
 
 /// Most products or elements that a run computes. Our own choice: a detector of images takes a thousandth of it for a small image, and a run
@@ -27,9 +42,19 @@ impl<'a> Call<'a> {
     /// Takes the work of so many products in all from the budget.
     pub fn spend(&self, factors: &[usize]) -> Result<(), String> {
         let work = factors.iter().try_fold(1_u64, |n, &f| n.checked_mul(f as u64));
-        let left = work.and_then(|work| self.budget.get().checked_sub(work));
-        self.budget.set(left.ok_or_else(|| format!("a run takes more than {WORK_MAX} products"))?);
+        let left = work.and_then(|work| self.run.budget.get().checked_sub(work));
+        self.run.budget.set(left.ok_or_else(|| format!("a run takes more than {WORK_MAX} products"))?);
         Ok(())
+    }
+
+    /// Memory for so many numbers; whatever stands in it is to be overwritten.
+    pub fn take(&self, n: usize) -> Vec<f32> {
+        self.run.spare.borrow_mut().take(n)
+    }
+
+    /// Gives memory back that `take` gave.
+    pub fn give(&self, numbers: Vec<f32>) {
+        self.run.spare.borrow_mut().give(numbers);
     }
 
     /// An input that must be there.

@@ -14,6 +14,7 @@ mod network;
 mod ops;
 mod proto;
 mod read;
+mod spare;
 mod tensor;
 
 pub use error::NetworkError;

@@ -1,11 +1,13 @@
 //! Networks: graphs of nodes, computed one after another.
 
-use std::cell::Cell;
+use std::mem::take;
+use std::sync::Mutex;
 
-use crate::call::{Call, WORK_MAX};
+use crate::call::{Call, Run};
 use crate::error::NetworkError;
 use crate::read::{Graph, Node, Port, Slot, read};
-use crate::tensor::{Kind, Tensor};
+use crate::spare::Spare;
+use crate::tensor::{Kind, Tensor, Values};
 
 /// Most numbers that are alive at a time. Our own choice: four of the largest arrays.
 const LIVE_MAX: usize = 4 * crate::tensor::ELEMENTS_MAX;
@@ -21,6 +23,8 @@ pub struct Network {
     outputs: Vec<Port>,
     /// Constant arrays, by slot.
     constants: Vec<Option<Tensor>>,
+    /// Memory of the last run, for the next: up to twice the numbers that were alive at a time.
+    spare: Mutex<Spare>,
 }
 
 /// A node with the slots that nobody uses after it.
@@ -46,10 +50,10 @@ impl Network {
         for (slot, tensor) in stored {
             constants[slot] = Some(tensor);
         }
-        let (mut open, budget) = (Vec::new(), Cell::new(WORK_MAX));
+        let (mut open, run) = (Vec::new(), Run::new(Spare::default()));
         for mut node in nodes {
             if node.inputs.iter().flatten().all(|&slot| constants[slot].is_some()) {
-                let given = compute(&node, &budget, |slot| constants[slot].as_ref())?;
+                let given = compute(&node, &run, |slot| constants[slot].as_ref())?;
                 for (slot, tensor) in node.outputs.iter().zip(given) {
                     if let Some(slot) = slot {
                         constants[*slot] = Some(tensor);
@@ -61,6 +65,7 @@ impl Network {
             turn_weights(&mut node, &mut constants);
             open.push(node);
         }
+        let open = join_relus(open, &outputs, constants.len());
         let mut last = vec![None; constants.len()];
         for (i, node) in open.iter().enumerate() {
             for &slot in node.inputs.iter().chain(&node.outputs).flatten() {
@@ -81,7 +86,7 @@ impl Network {
                 None => {}
             }
         }
-        Ok(Self { nodes: steps, inputs, outputs, constants })
+        Ok(Self { nodes: steps, inputs, outputs, constants, spare: Mutex::default() })
     }
 
     /// The inputs, in the order of the file.
@@ -114,7 +119,8 @@ impl Network {
             return Err(NetworkError::Graph(problem));
         }
         let mut values: Vec<Option<Tensor>> = vec![None; self.constants.len()];
-        let (mut live, budget) = (0, Cell::new(WORK_MAX));
+        let spare = self.spare.lock().map(|mut spare| take(&mut *spare)).unwrap_or_default();
+        let (mut live, run) = (0, Run::new(spare));
         for (port, tensor) in self.inputs.iter().zip(inputs) {
             port.check(&tensor)?;
             live += tensor.values().len();
@@ -122,7 +128,7 @@ impl Network {
         }
         for Step { node, last_used } in &self.nodes {
             let value = |slot: Slot| self.constants[slot].as_ref().or(values[slot].as_ref());
-            let given = compute(node, &budget, value)?;
+            let given = compute(node, &run, value)?;
             for (slot, tensor) in node.outputs.iter().zip(given) {
                 if let Some(slot) = slot {
                     live += tensor.values().len();
@@ -130,15 +136,30 @@ impl Network {
                 }
             }
             check_live(node, live)?;
+            run.spare.borrow_mut().alive(live);
             for &slot in last_used {
-                live -= values[slot].take().map_or(0, |tensor| tensor.values().len());
+                live -= values[slot].as_ref().map_or(0, |tensor| tensor.values().len());
+                self.keep(slot, &mut values, &run);
             }
         }
         let output = |port: &Port| {
             let missing = || NetworkError::Graph(format!("output `{}` is not computed", port.name));
             self.constants[port.slot].clone().or_else(|| values[port.slot].clone()).ok_or_else(missing)
         };
-        self.outputs.iter().map(output).collect()
+        let given = self.outputs.iter().map(output).collect();
+        self.outputs.iter().for_each(|port| self.keep(port.slot, &mut values, &run));
+        if let Ok(mut spare) = self.spare.lock() {
+            *spare = run.spare.into_inner();
+        }
+        given
+    }
+
+    /// Ends the life of a value, whose memory the run keeps. That of inputs is the caller's: what comes in at each run would pile up.
+    fn keep(&self, slot: Slot, values: &mut [Option<Tensor>], run: &Run) {
+        let tensor = values[slot].take().filter(|_| self.inputs.iter().all(|port| port.slot != slot));
+        if let Some(Values::F32(numbers)) = tensor.map(Tensor::into_values) {
+            run.spare.borrow_mut().give(numbers);
+        }
     }
 }
 
@@ -180,7 +201,7 @@ impl Port {
 /// Computes a node.
 fn compute<'a>(
     node: &Node,
-    budget: &'a Cell<u64>,
+    run: &'a Run,
     value: impl Fn(Slot) -> Option<&'a Tensor>,
 ) -> Result<Vec<Tensor>, NetworkError> {
     let bad = |problem| NetworkError::Node {
@@ -194,7 +215,7 @@ fn compute<'a>(
     };
     let inputs = node.inputs.iter().map(input).collect::<Result<_, _>>()?;
     let outputs = node.outputs.len();
-    let call = Call { inputs, attributes: &node.attributes, outputs, budget };
+    let call = Call { inputs, attributes: &node.attributes, outputs, run, positive: node.positive };
     let given = (node.operator.run)(&call).map_err(bad)?;
     call.spend(&[given.iter().map(|tensor| tensor.values().len()).sum()]).map_err(bad)?;
     // Outputs that are asked for and not given would stay empty.
@@ -231,6 +252,26 @@ fn turn_weights(node: &mut Node, constants: &mut Vec<Option<Tensor>>) {
         node.inputs[1] = Some(constants.len());
         constants.push(Some(turned));
     }
+}
+
+/// Joins each `Relu` to the `Conv` before it if nothing else uses what that gives.
+fn join_relus(nodes: Vec<Node>, outputs: &[Port], slots: usize) -> Vec<Node> {
+    let mut uses = vec![0; slots];
+    let used = nodes.iter().flat_map(|node| node.inputs.iter().flatten().copied());
+    used.chain(outputs.iter().map(|port| port.slot)).for_each(|slot| uses[slot] += 1);
+    let (mut joined, mut giver) = (Vec::<Node>::new(), vec![None; slots]);
+    for node in nodes {
+        let from = node.inputs.first().copied().flatten().filter(|&slot| uses[slot] == 1);
+        let conv = from.and_then(|slot| giver[slot]).filter(|_| node.operator.name == "Relu");
+        match conv.and_then(|i: usize| joined.get_mut(i)).filter(|conv| conv.operator.name == "Conv") {
+            Some(conv) => (conv.outputs, conv.positive) = (node.outputs, true),
+            None => {
+                node.outputs.iter().flatten().for_each(|&slot| giver[slot] = Some(joined.len()));
+                joined.push(node);
+            }
+        }
+    }
+    joined
 }
 
 #[cfg(test)]

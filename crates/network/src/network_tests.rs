@@ -116,6 +116,34 @@ fn what_cannot_be_read_is_named() {
     assert!(e.contains("is larger than 16777216 numbers"), "{e}");
 }
 
+/// y = relu(conv(x)), perhaps with other uses of what the convolution gives.
+fn rectified(other: &[proto::Node], outputs: &[&str]) -> Network {
+    let mut model = model();
+    let graph = model.graph.as_mut().unwrap();
+    graph.initializer =
+        vec![stored("w", &[4, 1, 3, 3], &[0.5; 36]), stored("b", &[4], &[-1.0, 0.0, 1.0, 2.0])];
+    graph.input = vec![value("x", &[Some(1), Some(1), None, None])];
+    graph.node = vec![node("Conv", &["x", "w", "b"], &["a"]), node("Relu", &["a"], &["y"])];
+    graph.node.extend(other.iter().cloned());
+    graph.output = outputs.iter().map(|name| value(name, &[None; 4])).collect();
+    Network::from_bytes(&model.encode_to_vec()).unwrap()
+}
+
+#[test]
+fn a_relu_is_joined_to_a_convolution_that_nothing_else_uses() {
+    let x = Tensor::f32(&[1, 1, 80, 70], (0..5600).map(|i| (i * 79 % 101) as f32 / 50.0 - 1.0).collect());
+    let run = |network: &Network| network.run(vec![x.clone().unwrap()]).unwrap();
+    let (joined, kept) = (rectified(&[], &["y"]), rectified(&[], &["a", "y"]));
+    assert_eq!((joined.len(), kept.len()), (1, 2));
+    let wanted = run(&kept).remove(1);
+    // Each run but the first computes in the memory of the one before.
+    for _ in 0..3 {
+        assert_eq!(run(&joined)[0], wanted);
+    }
+    let used = rectified(&[node("Sub", &["y", "a"], &["d"]), node("Add", &["a", "d"], &["e"])], &["e"]);
+    assert_eq!((used.len(), run(&used)[0].shape()), (4, wanted.shape()));
+}
+
 #[test]
 fn memory_and_work_are_bounded() {
     let whole = |name: &str, numbers: &[i64]| proto::Tensor {

@@ -189,3 +189,7 @@ static OPERATORS: &[Operator] = &[
     op("Where", elementwise::choose, &[]),
     op("Xor", elementwise::xor, &[]),
 ];
+
+#[cfg(test)]
+#[path = "ops_tests.rs"]
+mod tests;

@@ -30,6 +30,8 @@ pub(crate) struct Node {
     pub inputs: Vec<Option<Slot>>,
     pub outputs: Vec<Option<Slot>>,
     pub attributes: Vec<proto::Attribute>,
+    /// True if it takes the positive parts of what it gives: a `Relu` is joined to it.
+    pub positive: bool,
 }
 
 /// An input or output of a network.
@@ -110,7 +112,7 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Graph, NetworkError> {
         let inputs = node.input.iter().map(used).collect::<Result<Vec<_>, _>>()?;
         let mut given = |name: &String| if name.is_empty() { Ok(None) } else { slots.add(name).map(Some) };
         let outputs = node.output.iter().map(&mut given).collect::<Result<Vec<_>, _>>()?;
-        nodes.push(Node { name, operator, inputs, outputs, attributes: node.attribute });
+        nodes.push(Node { name, operator, inputs, outputs, attributes: node.attribute, positive: false });
     }
     let outputs = graph.output.iter().map(|info| {
         let bad = |e: String| NetworkError::Graph(format!("output `{}`: {e}", info.name));

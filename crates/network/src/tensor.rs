@@ -171,6 +171,11 @@ impl Tensor {
         &self.values
     }
 
+    /// The numbers without the shape.
+    pub(crate) fn into_values(self) -> Values {
+        self.values
+    }
+
     /// The numbers, if they are 32-bit floating-point numbers.
     pub fn as_f32(&self) -> Option<&[f32]> {
         match &self.values {

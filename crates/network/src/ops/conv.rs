@@ -1,12 +1,9 @@
 //! Convolutions over one or two dimensions.
 
 use crate::call::{Call, Done, length, one};
-use crate::ops::product::{Sizes, Turned};
-use crate::ops::window::{self, Axis};
+use crate::ops::product::{End, Right, Turned};
+use crate::ops::window::{self, Layout};
 use crate::tensor::{Tensor, Values, count};
-
-/// Numbers under the windows of one piece of the output: 256 kB stay in the cache.
-const PIECE: usize = 1 << 16;
 
 /// Each output is the sum over channels, rows and columns of the window, in this order; then the bias is added.
 pub fn conv(call: &Call<'_>) -> Done {
@@ -33,90 +30,46 @@ pub fn conv(call: &Call<'_>) -> Done {
     let [rows, columns] = axes;
     let (depth, places) = (channels * rows.kernel * columns.kernel, rows.output * columns.output);
     let n = count(&shape)?;
-    count(&[depth, columns.output])?;
     call.spend(&[n, depth])?;
-    let mut out = vec![0.0_f32; n];
-    let own = outputs / group;
-    let at_once = (PIECE / (depth * columns.output).max(1)).clamp(1, rows.output.max(1));
-    let mut under = vec![0.0_f32; depth * at_once * columns.output];
-    let image = channels * rows.input * columns.input;
-    if n == 0 || image == 0 {
+    let image = rows.input * columns.input;
+    if n == 0 || image * channels == 0 {
         return Err(format!("shape {:?} is empty", x.shape()));
     }
+    let layout = Layout::new(axes);
+    let plain = layout.is_plain();
+    let at_once = if plain { rows.output } else { layout.at_once(channels) };
+    let own_lines =
+        if plain { image } else { count(&[channels, layout.lines(at_once), layout.line()])? / channels };
+    let starts: Vec<usize> = (0..channels)
+        .flat_map(|channel| layout.starts().map(move |start| channel * own_lines + start))
+        .collect();
+    let mut laid = call.take(if plain { 0 } else { channels * own_lines });
+    let mut out = call.take(n);
+    let own = outputs / group;
     let own_weights = |g: usize| Turned::new(&weights[g * own * depth..(g + 1) * own * depth], own, depth);
     let turned: Vec<Turned<'_>> = (0..group).map(own_weights).collect();
+    let parts = input.chunks_exact(image * channels).zip(out.chunks_exact_mut(own * places));
     // Groups of all images, one after another.
-    for (g, (input, out)) in input.chunks_exact(image).zip(out.chunks_exact_mut(own * places)).enumerate() {
-        let first = (g % group) * own;
+    for (g, (input, out)) in parts.enumerate() {
+        let g = g % group;
+        let end = End { bias: bias.map(|bias| &bias[g * own..]), positive: call.positive };
         for top in (0..rows.output).step_by(at_once) {
             let height = at_once.min(rows.output - top);
-            let width = height * columns.output;
-            unfold(input, &mut under, [rows, columns], channels, top, height);
-            let sizes = Sizes { rows: own, depth, columns: width, stride: places };
-            turned[g % group].multiply(&under[..depth * width], &mut out[top * columns.output..], sizes);
-        }
-        for (row, bias) in out.chunks_exact_mut(places).zip(bias.into_iter().flat_map(|bias| &bias[first..]))
-        {
-            row.iter_mut().for_each(|x| *x += bias);
-        }
-    }
-    one(Tensor::of(shape, Values::F32(out)))
-}
-
-/// Writes the numbers under the windows of some rows of the output: a row for each place of the window, zeros beside the input.
-fn unfold(
-    input: &[f32],
-    under: &mut [f32],
-    [rows, columns]: [Axis; 2],
-    channels: usize,
-    top: usize,
-    height: usize,
-) {
-    let width = columns.output;
-    let mut lines = under.chunks_exact_mut(width);
-    for channel in 0..channels {
-        let image = &input[channel * rows.input * columns.input..][..rows.input * columns.input];
-        for ky in 0..rows.kernel {
-            for kx in 0..columns.kernel {
-                for y in top..top + height {
-                    let Some(line) = lines.next() else { return };
-                    match rows.place(y, ky) {
-                        None => line.fill(0.0),
-                        Some(v) => {
-                            copy_line(&image[v * columns.input..][..columns.input], line, &columns, kx)
-                        }
-                    }
-                }
+            for (image, lines) in input.chunks_exact(image).zip(laid.chunks_exact_mut(own_lines)) {
+                layout.lay(image, top, 0.0, lines);
             }
+            let numbers = if plain { input } else { &laid };
+            // Windows of one column and stride stand in one line from row to row.
+            let (width, count) = match layout.step() == columns.output {
+                true => (columns.output * height, 1),
+                false => (columns.output, height),
+            };
+            let right = Right { numbers, starts: &starts, columns: width, count, step: layout.step() };
+            turned[g].multiply(&right, &mut out[top * columns.output..], places, end);
         }
     }
-}
-
-fn copy_line(from: &[f32], line: &mut [f32], columns: &Axis, kx: usize) {
-    let (shift, pad, n) = (kx * columns.dilation, columns.pads[0], line.len());
-    // Windows from `first` to `end` have this place within the input.
-    let first = pad.saturating_sub(shift).div_ceil(columns.stride).min(n);
-    let end = (columns.input + pad).saturating_sub(shift).div_ceil(columns.stride).min(n).max(first);
-    line[..first].fill(0.0);
-    line[end..].fill(0.0);
-    if first == end {
-        return;
-    }
-    let from = &from[first * columns.stride + shift - pad..];
-    match columns.stride {
-        1 => line[first..end].copy_from_slice(&from[..end - first]),
-        2 => spread_pairs(from, &mut line[first..end]),
-        stride => {
-            line[first..end].iter_mut().zip(from.iter().step_by(stride)).for_each(|(to, &x)| *to = x);
-        }
-    }
-}
-
-/// Writes every second number, from the first on.
-fn spread_pairs(from: &[f32], line: &mut [f32]) {
-    let (pairs, rest) = from.as_chunks::<2>();
-    let firsts = pairs.iter().map(|[x, _]| x).chain(rest);
-    line.iter_mut().zip(firsts).for_each(|(to, &x)| *to = x);
+    call.give(laid);
+    one(Tensor::of(shape, Values::F32(out)))
 }
 
 /// The transpose of a convolution: every input spreads the weights over the output, input channels in order.

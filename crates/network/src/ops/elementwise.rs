@@ -1,24 +1,24 @@
 //! Operators that compute each number of an output from one number of each input.
 
+use std::borrow::Cow;
+
 use orchard_geometry::math;
 
 use crate::call::{Call, Done, one};
-use crate::tensor::{Kind, Tensor, Values, each, rows, spread, spread_strides};
+use crate::ops::product::positive;
+use crate::tensor::{Kind, Tensor, Values, count, each, rows, spread, spread_strides};
 
 /// Computes a function of every number.
 fn map(call: &Call<'_>, f: impl Fn(f32) -> f32) -> Done {
-    let v = call.numbers(0)?.iter().map(|&x| f(x)).collect();
-    one(Tensor::of(call.input(0)?.shape().to_vec(), Values::F32(v)))
+    let v = call.numbers(0)?;
+    let mut out = call.take(v.len());
+    write(&mut out, v.iter().map(|&x| f(x)));
+    one(Tensor::of(call.input(0)?.shape().to_vec(), Values::F32(out)))
 }
 
 /// A function of 64-bit numbers on 32-bit ones.
 fn wide(call: &Call<'_>, f: impl Fn(f64) -> f64) -> Done {
     map(call, |x| f(f64::from(x)) as f32)
-}
-
-/// The positive part; 0 for what is not a number, on every processor.
-fn positive(x: f32) -> f32 {
-    if x > 0.0 { x } else { 0.0 }
 }
 
 fn sigmoid_of(x: f64) -> f64 {
@@ -155,49 +155,62 @@ pub fn not(call: &Call<'_>) -> Done {
     one(Tensor::of(tensor.shape().to_vec(), Values::Bool(v.iter().map(|x| !x).collect())))
 }
 
-/// The numbers of two arrays, spread to one shape, through a function.
+/// Writes the numbers of two arrays, spread to one shape, through a function.
 fn zip<A: Copy, B: Copy, C>(
     (a, a_shape): (&[A], &[usize]),
     (b, b_shape): (&[B], &[usize]),
-    shape: &[usize],
+    (mut out, shape): (&mut [C], &[usize]),
     f: impl Fn(A, B) -> C,
-) -> Vec<C> {
+) {
     if a_shape == shape && b_shape == shape {
-        return a.iter().zip(b).map(|(&x, &y)| f(x, y)).collect();
+        return write(out, a.iter().zip(b).map(|(&x, &y)| f(x, y)));
     }
-    let mut out = Vec::with_capacity(shape.iter().product());
     let steps = [spread_strides(a_shape, shape), spread_strides(b_shape, shape)];
     rows(shape, [&steps[0], &steps[1]], |at, n, step| {
         let [i, j] = at.map(|at| at as usize);
+        let Some(line) = out.split_off_mut(..n) else { return };
         match step {
-            [1, 1] => out.extend(a[i..i + n].iter().zip(&b[j..j + n]).map(|(&x, &y)| f(x, y))),
-            [0, _] if n > 0 && step[1] == 1 => out.extend(b[j..j + n].iter().map(|&y| f(a[i], y))),
-            [_, 0] if n > 0 && step[0] == 1 => out.extend(a[i..i + n].iter().map(|&x| f(x, b[j]))),
-            _ => out.extend((0..n).map(|_| f(a[i], b[j]))),
+            [1, 1] => write(line, a[i..i + n].iter().zip(&b[j..j + n]).map(|(&x, &y)| f(x, y))),
+            [0, 1] => write(line, b[j..j + n].iter().map(|&y| f(a[i], y))),
+            [1, 0] => write(line, a[i..i + n].iter().map(|&x| f(x, b[j]))),
+            _ => line.iter_mut().for_each(|to| *to = f(a[i], b[j])),
         }
     });
-    out
+}
+
+fn write<T>(out: &mut [T], numbers: impl Iterator<Item = T>) {
+    out.iter_mut().zip(numbers).for_each(|(to, x)| *to = x);
 }
 
 /// A function of two arrays of the same type, by type.
 fn arithmetic(call: &Call<'_>, f: impl Fn(f32, f32) -> f32, g: impl Fn(i64, i64) -> i64) -> Done {
-    let mut total = call.input(0)?.clone();
+    let mut total = Cow::Borrowed(call.input(0)?);
     for i in 1..call.inputs.len().max(1) {
-        total = pair(&total, call.input(i)?, &f, &g)?;
+        total = Cow::Owned(pair(call, &total, call.input(i)?, &f, &g)?);
     }
-    Ok(vec![total])
+    Ok(vec![total.into_owned()])
 }
 
 fn pair(
+    call: &Call<'_>,
     a: &Tensor,
     b: &Tensor,
     f: &impl Fn(f32, f32) -> f32,
     g: &impl Fn(i64, i64) -> i64,
 ) -> Result<Tensor, String> {
     let shape = spread(a.shape(), b.shape())?;
+    let n = count(&shape)?;
     let values = match (a.values(), b.values()) {
-        (Values::F32(x), Values::F32(y)) => Values::F32(zip((x, a.shape()), (y, b.shape()), &shape, f)),
-        (Values::I64(x), Values::I64(y)) => Values::I64(zip((x, a.shape()), (y, b.shape()), &shape, g)),
+        (Values::F32(x), Values::F32(y)) => {
+            let mut out = call.take(n);
+            zip((x, a.shape()), (y, b.shape()), (&mut out, &shape), f);
+            Values::F32(out)
+        }
+        (Values::I64(x), Values::I64(y)) => {
+            let mut out = vec![0; n];
+            zip((x, a.shape()), (y, b.shape()), (&mut out, &shape), g);
+            Values::I64(out)
+        }
         _ => return Err(wrong_kinds(a, b)),
     };
     Tensor::of(shape, values)
@@ -278,11 +291,14 @@ pub fn pow(call: &Call<'_>) -> Done {
         return Err(wrong_kinds(base, exponent));
     };
     let shape = spread(base.shape(), exponent.shape())?;
-    one(Tensor::of(shape.clone(), Values::F32(zip((a, base.shape()), (b, exponent.shape()), &shape, power))))
+    let mut out = call.take(count(&shape)?);
+    zip((a, base.shape()), (b, exponent.shape()), (&mut out, &shape), power);
+    one(Tensor::of(shape, Values::F32(out)))
 }
 
 pub fn prelu(call: &Call<'_>) -> Done {
     one(pair(
+        call,
         call.input(0)?,
         call.input(1)?,
         &|x, slope| if x < 0.0 { slope * x } else { x },
@@ -293,15 +309,17 @@ pub fn prelu(call: &Call<'_>) -> Done {
 fn compare(call: &Call<'_>, f: impl Fn(f32, f32) -> bool, g: impl Fn(i64, i64) -> bool) -> Done {
     let (a, b) = (call.input(0)?, call.input(1)?);
     let shape = spread(a.shape(), b.shape())?;
-    let v = match (a.values(), b.values()) {
-        (Values::F32(x), Values::F32(y)) => zip((x, a.shape()), (y, b.shape()), &shape, f),
-        (Values::I64(x), Values::I64(y)) => zip((x, a.shape()), (y, b.shape()), &shape, g),
+    let mut out = vec![false; count(&shape)?];
+    let to = (out.as_mut_slice(), shape.as_slice());
+    match (a.values(), b.values()) {
+        (Values::F32(x), Values::F32(y)) => zip((x, a.shape()), (y, b.shape()), to, f),
+        (Values::I64(x), Values::I64(y)) => zip((x, a.shape()), (y, b.shape()), to, g),
         (Values::Bool(x), Values::Bool(y)) => {
-            zip((x, a.shape()), (y, b.shape()), &shape, |x, y| g(i64::from(x), i64::from(y)))
+            zip((x, a.shape()), (y, b.shape()), to, |x, y| g(i64::from(x), i64::from(y)));
         }
         _ => return Err(wrong_kinds(a, b)),
-    };
-    one(Tensor::of(shape, Values::Bool(v)))
+    }
+    one(Tensor::of(shape, Values::Bool(out)))
 }
 
 pub fn equal(call: &Call<'_>) -> Done {
@@ -328,7 +346,9 @@ fn logic(call: &Call<'_>, f: impl Fn(bool, bool) -> bool) -> Done {
     let (a, b) = (call.input(0)?, call.input(1)?);
     let (Values::Bool(x), Values::Bool(y)) = (a.values(), b.values()) else { return Err(wrong_kinds(a, b)) };
     let shape = spread(a.shape(), b.shape())?;
-    one(Tensor::of(shape.clone(), Values::Bool(zip((x, a.shape()), (y, b.shape()), &shape, f))))
+    let mut out = vec![false; count(&shape)?];
+    zip((x, a.shape()), (y, b.shape()), (&mut out, &shape), f);
+    one(Tensor::of(shape, Values::Bool(out)))
 }
 
 pub fn and(call: &Call<'_>) -> Done {
@@ -346,16 +366,16 @@ pub fn xor(call: &Call<'_>) -> Done {
 /// Numbers of one array where a condition holds, of another elsewhere.
 pub fn choose(call: &Call<'_>) -> Done {
     let [condition, yes, no] = [call.input(0)?, call.input(1)?, call.input(2)?];
-    let Values::Bool(c) = condition.values() else { return Err(wrong_kind(condition)) };
     let shape = spread(&spread(condition.shape(), yes.shape())?, no.shape())?;
     let whole = |tensor: &Tensor| tensor.strided(shape.clone(), 0, &spread_strides(tensor.shape(), &shape));
     let (yes, no) = (whole(yes)?, whole(no)?);
-    let c = zip((c, condition.shape()), (&[()], &[]), &shape, |c, ()| c);
+    let c = condition.strided(shape.clone(), 0, &spread_strides(condition.shape(), &shape))?;
+    let Values::Bool(c) = c.values() else { return Err(wrong_kind(condition)) };
     let values = match (yes.values(), no.values()) {
-        (Values::F32(x), Values::F32(y)) => Values::F32(pick(&c, x, y)),
-        (Values::I64(x), Values::I64(y)) => Values::I64(pick(&c, x, y)),
-        (Values::U8(x), Values::U8(y)) => Values::U8(pick(&c, x, y)),
-        (Values::Bool(x), Values::Bool(y)) => Values::Bool(pick(&c, x, y)),
+        (Values::F32(x), Values::F32(y)) => Values::F32(pick(c, x, y)),
+        (Values::I64(x), Values::I64(y)) => Values::I64(pick(c, x, y)),
+        (Values::U8(x), Values::U8(y)) => Values::U8(pick(c, x, y)),
+        (Values::Bool(x), Values::Bool(y)) => Values::Bool(pick(c, x, y)),
         _ => return Err(wrong_kinds(&yes, &no)),
     };
     one(Tensor::of(shape, values))

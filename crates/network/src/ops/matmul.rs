@@ -30,7 +30,7 @@ pub fn matmul(call: &Call<'_>) -> Done {
     let n = count(&shape)?;
     call.spend(&[n, depth])?;
     let mut product = vec![0.0; n];
-    let sizes = |rows: usize| Sizes { rows, depth, columns, stride: columns };
+    let sizes = |rows: usize| Sizes { rows, depth, columns };
     if y.len() == depth * columns {
         // One matrix on the right serves all rows on the left.
         multiply(x, y, &mut product, sizes(n.checked_div(columns).unwrap_or(0)));
@@ -60,7 +60,7 @@ pub fn gemm(call: &Call<'_>) -> Done {
     call.spend(&[rows, depth, columns])?;
     let (alpha, beta) = (call.float("alpha", 1.0), call.float("beta", 1.0));
     let mut product = vec![0.0; count(&[rows, columns])?];
-    let sizes = Sizes { rows, depth, columns, stride: columns };
+    let sizes = Sizes { rows, depth, columns };
     multiply(a.as_f32().unwrap_or_default(), b.as_f32().unwrap_or_default(), &mut product, sizes);
     if alpha != 1.0 {
         product.iter_mut().for_each(|x| *x *= alpha);

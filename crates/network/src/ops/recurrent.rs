@@ -70,7 +70,7 @@ impl<'a> Layer<'a> {
             [(x, &self.w, input, &self.bias[..wide]), (&self.hidden[..], &self.r, state, &self.bias[wide..])];
         parts.map(|(v, weights, depth, bias)| {
             let mut product = vec![0.0; batch * wide];
-            multiply(v, weights, &mut product, Sizes { rows: batch, depth, columns: wide, stride: wide });
+            multiply(v, weights, &mut product, Sizes { rows: batch, depth, columns: wide });
             for row in product.chunks_exact_mut(wide.max(1)) {
                 row.iter_mut().zip(bias).for_each(|(x, b)| *x += b);
             }
@@ -116,7 +116,7 @@ pub fn gru(call: &Call<'_>) -> Done {
                 let kept: Vec<f32> = old.iter().zip(&reset).map(|(h, r)| h * r).collect();
                 let weights: Vec<f32> =
                     layer.r.chunks_exact(3 * n).flat_map(|row| &row[2 * n..]).copied().collect();
-                multiply(&kept, &weights, &mut candidate, Sizes { rows: 1, depth: n, columns: n, stride: n });
+                multiply(&kept, &weights, &mut candidate, Sizes { rows: 1, depth: n, columns: n });
                 candidate.iter_mut().zip(&layer.bias[5 * n..]).for_each(|(c, b)| *c += b);
             }
             for i in 0..n {

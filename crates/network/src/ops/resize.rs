@@ -1,5 +1,8 @@
 //! Pictures in another size.
 
+use std::borrow::Cow;
+use std::cmp::Reverse;
+
 use crate::call::{Call, Done, length, one};
 use crate::tensor::{Tensor, Values, count};
 
@@ -40,8 +43,14 @@ pub fn resize(call: &Call<'_>) -> Done {
     };
     let nearest = call.text("nearest_mode", "round_prefer_floor")?;
     let transform = call.text("coordinate_transformation_mode", "half_pixel")?;
-    let mut v = call.numbers(0)?.to_vec();
-    for d in 0..rank {
+    let mut v = Cow::Borrowed(call.numbers(0)?);
+    let mut now = tensor.shape().to_vec();
+    let mut order: Vec<usize> = (0..rank).collect();
+    if !linear {
+        // Copies are the same in any order: first those that leave fewest numbers, then from the last dimension on, where they are single numbers.
+        order.sort_by_key(|&d| (shape[d] > now[d], Reverse(d)));
+    }
+    for d in order {
         let (n, output) = (tensor.shape()[d], shape[d]);
         if n == output && scales[d] == 1.0 {
             continue;
@@ -79,21 +88,29 @@ pub fn resize(call: &Call<'_>) -> Done {
                 (index(whole), index(whole), 0.0)
             });
         }
-        let inner: usize = tensor.shape()[d + 1..].iter().product();
-        let outer: usize = shape[..d].iter().product();
-        count(&[outer, output, inner])?;
-        let mut scaled = Vec::with_capacity(outer * output * inner);
-        for block in v.chunks_exact((n * inner).max(1)) {
-            for &(low, high, share) in &pairs {
+        let inner: usize = now[d + 1..].iter().product();
+        now[d] = output;
+        let mut scaled = call.take(count(&now)?);
+        let blocks = v.chunks_exact((n * inner).max(1));
+        for (block, scaled) in blocks.zip(scaled.chunks_exact_mut((output * inner).max(1))) {
+            if inner == 1 && !linear {
+                scaled.iter_mut().zip(&pairs).for_each(|(to, &(place, ..))| *to = block[place]);
+                continue;
+            }
+            for (&(low, high, share), scaled) in pairs.iter().zip(scaled.chunks_exact_mut(inner.max(1))) {
                 let (a, b) = (&block[low * inner..][..inner], &block[high * inner..][..inner]);
-                scaled.extend(
-                    a.iter()
-                        .zip(b)
-                        .map(|(a, b)| if share == 0.0 { *a } else { a * (1.0 - share) + b * share }),
-                );
+                match share {
+                    0.0 => scaled.copy_from_slice(a),
+                    _ => {
+                        let mixed = a.iter().zip(b).map(|(a, b)| a * (1.0 - share) + b * share);
+                        scaled.iter_mut().zip(mixed).for_each(|(to, x)| *to = x);
+                    }
+                }
             }
         }
-        v = scaled;
+        if let Cow::Owned(used) = std::mem::replace(&mut v, Cow::Owned(scaled)) {
+            call.give(used);
+        }
     }
-    one(Tensor::of(shape, Values::F32(v)))
+    one(Tensor::of(shape, Values::F32(v.into_owned())))
 }

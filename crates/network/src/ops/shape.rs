@@ -100,7 +100,7 @@ pub fn tile(call: &Call<'_>) -> Done {
         let mut shape = result.shape().to_vec();
         shape[d] = shape[d].checked_mul(length(n)?).ok_or("the array is too large")?;
         count(&shape)?;
-        result = joined(&vec![&result; length(n)?], d, shape)?;
+        result = joined(call, &vec![&result; length(n)?], d, shape)?;
     }
     Ok(vec![result])
 }
@@ -123,12 +123,15 @@ pub fn concat(call: &Call<'_>) -> Done {
         }
         shape[d] += part.shape()[d];
     }
-    one(joined(&parts, d, shape))
+    one(joined(call, &parts, d, shape))
 }
 
 /// Arrays of one type joined along a dimension.
-fn joined(parts: &[&Tensor], d: usize, shape: Vec<usize>) -> Result<Tensor, String> {
-    let mut out = Tensor::zeros(shape.clone(), parts.first().map_or(Kind::F32, |part| part.values().kind()))?;
+fn joined(call: &Call<'_>, parts: &[&Tensor], d: usize, shape: Vec<usize>) -> Result<Tensor, String> {
+    let mut out = match parts.first().map_or(Kind::F32, |part| part.values().kind()) {
+        Kind::F32 => Tensor::of(shape.clone(), Values::F32(call.take(count(&shape)?)))?,
+        other => Tensor::zeros(shape.clone(), other)?,
+    };
     let whole: usize = shape[d..].iter().product();
     let mut at = 0;
     for part in parts {

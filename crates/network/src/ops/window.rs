@@ -16,16 +16,120 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// The place in the input under a place of the window; `None` beside the input.
-    pub fn place(&self, output: usize, kernel: usize) -> Option<usize> {
-        (output * self.stride + kernel * self.dilation).checked_sub(self.pads[0]).filter(|&i| i < self.input)
+    /// True if a place of a window is within the input.
+    pub fn is_within(&self, output: usize, kernel: usize) -> bool {
+        let at = output * self.stride + kernel * self.dilation;
+        (self.pads[0]..self.pads[0] + self.input).contains(&at)
     }
 
-    /// True if a place of the window is within the input and its pads.
+    /// True if a place of a window is within the input and its pads.
     pub fn is_padded(&self, output: usize, kernel: usize) -> bool {
         output * self.stride + kernel * self.dilation < self.input + self.pads[0] + self.pads[1]
     }
 }
+
+/// How the numbers of an image are laid out under windows: in lines as long as the windows reach, pads and all. In a line, places with the same
+/// remainder by the stride stand together, so that the numbers under one place of neighbouring windows stand side by side.
+#[derive(Debug, Clone, Copy)]
+pub struct Layout {
+    rows: Axis,
+    columns: Axis,
+    /// Numbers of a line with the same remainder.
+    alike: usize,
+}
+
+impl Layout {
+    pub fn new([rows, columns]: [Axis; 2]) -> Self {
+        Self {
+            rows,
+            columns,
+            alike: columns.output + (columns.kernel - 1) * columns.dilation / columns.stride,
+        }
+    }
+
+    /// Numbers of a line.
+    pub fn line(&self) -> usize {
+        self.columns.stride * self.alike
+    }
+
+    /// Lines under some rows of windows.
+    pub fn lines(&self, windows: usize) -> usize {
+        (windows.max(1) - 1) * self.rows.stride + (self.rows.kernel - 1) * self.rows.dilation + 1
+    }
+
+    /// From a row of windows to the next.
+    pub fn step(&self) -> usize {
+        self.rows.stride.saturating_mul(self.line())
+    }
+
+    /// True if an image is laid out as it is.
+    pub fn is_plain(&self) -> bool {
+        [self.rows, self.columns].iter().all(|axis| axis.stride == 1 && axis.pads == [0, 0])
+    }
+
+    /// Where the number under each place of the first window stands.
+    pub fn starts(&self) -> impl Iterator<Item = usize> {
+        let Self { rows, columns, alike } = *self;
+        let down = move |ky: usize| ky * rows.dilation * self.line();
+        let across = move |kx: usize| {
+            let at = kx * columns.dilation;
+            at % columns.stride * alike + at / columns.stride
+        };
+        (0..rows.kernel).flat_map(move |ky| (0..columns.kernel).map(move |kx| down(ky) + across(kx)))
+    }
+
+    /// Rows of windows whose lines fill a piece of so many numbers, of so many images at a time.
+    pub fn at_once(&self, images: usize) -> usize {
+        (PIECE / images.saturating_mul(self.step()).max(1)).clamp(1, self.rows.output.max(1))
+    }
+
+    /// Lays out the lines under the windows from a row on, with a number that stands beside the image.
+    pub fn lay(&self, image: &[f32], top: usize, beside: f32, lines: &mut [f32]) {
+        let Self { rows, columns, alike } = self;
+        for (y, line) in (top * rows.stride..).zip(lines.chunks_exact_mut(self.line())) {
+            let own = y.checked_sub(rows.pads[0]).filter(|&y| y < rows.input);
+            let Some(own) = own.map(|y| &image[y * columns.input..][..columns.input]) else {
+                line.fill(beside);
+                continue;
+            };
+            for (remainder, part) in line.chunks_exact_mut(*alike).enumerate() {
+                copy_every(own, part, columns, remainder, beside);
+            }
+        }
+    }
+}
+
+/// Copies the numbers of a line that are a whole number of strides behind a place; the place counts from the pad.
+fn copy_every(from: &[f32], part: &mut [f32], columns: &Axis, place: usize, beside: f32) {
+    let (pad, n) = (columns.pads[0], part.len());
+    let first = pad.saturating_sub(place).div_ceil(columns.stride).min(n);
+    let end = (columns.input + pad).saturating_sub(place).div_ceil(columns.stride).clamp(first, n);
+    part[..first].fill(beside);
+    part[end..].fill(beside);
+    if first == end {
+        return;
+    }
+    let (from, part) = (&from[first * columns.stride + place - pad..], &mut part[first..end]);
+    match columns.stride {
+        1 => part.copy_from_slice(&from[..end - first]),
+        2 => copy_first::<2>(from, part),
+        4 => copy_first::<4>(from, part),
+        stride => part.iter_mut().zip(from.iter().step_by(stride)).for_each(|(to, &x)| *to = x),
+    }
+}
+
+/// Copies the first of every `N` numbers.
+fn copy_first<const N: usize>(from: &[f32], part: &mut [f32]) {
+    let (chunks, rest) = from.as_chunks::<N>();
+    part.iter_mut().zip(chunks).for_each(|(to, chunk)| *to = chunk[0]);
+    // The last ones may be fewer than `N`.
+    if let (Some(to), Some(&x)) = (part.get_mut(chunks.len()), rest.first()) {
+        *to = x;
+    }
+}
+
+/// Numbers that are laid out at a time: 256 kB stay in the cache.
+const PIECE: usize = 1 << 16;
 
 /// The windows of a node over an input of shape batch x channels x length, or batch x channels x height x width; one of a single dimension gets
 /// a height of 1.
