@@ -112,7 +112,7 @@ pub use schedule::{ScheduleError, WARPS};
 pub use solver::Solver;
 pub use table::{BaseError, BaseTree};
 #[cfg(feature = "device")]
-pub use worlds::{ContactPoint, Course, Fitted, Meeting, News, On, Tenant, Wish, WorldBatch};
+pub use worlds::{ContactPoint, Course, Fitted, Meeting, News, Tenant, Wish, WorldBatch, world_colliders};
 
 /// Error: worlds cannot form a batch.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

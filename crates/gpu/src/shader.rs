@@ -63,6 +63,8 @@ pub(crate) fn source_of_worlds() -> String {
         include_str!("kernels/pivot.wgsl"),
         include_str!("kernels/world_robot.wgsl"),
         include_str!("kernels/world_box.wgsl"),
+        include_str!("kernels/world_boxes.wgsl"),
+        include_str!("kernels/world_near.wgsl"),
         include_str!("kernels/world_meet.wgsl"),
         include_str!("kernels/world_paths.wgsl"),
         include_str!("kernels/world_rod.wgsl"),

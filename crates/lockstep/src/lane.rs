@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use orchard_batch::TreeWorld;
-use orchard_gpu::{BatchError, Fitted, Gpu, GpuError, Room, WorldBatch};
+use orchard_gpu::{BatchError, Fitted, Gpu, GpuError, Room, WorldBatch, world_colliders};
 use orchard_multibody::ColliderId;
 use orchard_world::World;
 use rayon::prelude::*;
@@ -62,9 +62,8 @@ pub(crate) struct Occupant {
     pub impulse: f64,
     /// Contacts lost, and solves that did not converge, since then.
     pub faults: [u32; 2],
-    /// Colliders of wood, then of fruit, and those of the robot, in the order of the device.
-    pub of_tree: Vec<ColliderId>,
-    pub of_robot: Vec<ColliderId>,
+    /// Colliders in the order of the device.
+    pub colliders: Vec<ColliderId>,
 }
 
 impl Lockstep {
@@ -194,12 +193,7 @@ impl Occupant {
     fn new(batch: &WorldBatch, world: &World) -> Result<Self, LockstepError> {
         let tree = tree_of(world);
         let fitted = batch.fitted(&tree, &world.x_world_start())?.map(Arc::new);
-        let colliders = &world.handle().colliders;
-        let parts = [&colliders.base, &colliders.arm, &colliders.bucket, &colliders.cup];
-        let mut of_robot: Vec<ColliderId> =
-            parts.into_iter().chain(&colliders.fingers).flatten().copied().collect();
-        of_robot.sort_unstable();
-        let of_tree = world.tree().colliders.iter().chain(&world.fruit().colliders).copied().collect();
+        let colliders = world_colliders(world.model(), world.tree(), world.fruit(), world.handle());
         Ok(Self {
             tree,
             fitted,
@@ -207,8 +201,7 @@ impl Occupant {
             is_planted: false,
             impulse: 0.0,
             faults: [0; 2],
-            of_tree,
-            of_robot,
+            colliders,
         })
     }
 }

@@ -1,6 +1,6 @@
 //! The next frames of all worlds.
 
-use orchard_gpu::{Course, GpuError, News, On, Tenant, Wish, WorldBatch};
+use orchard_gpu::{Course, GpuError, News, Tenant, Wish, WorldBatch};
 use orchard_multibody::ContactReport;
 use orchard_robot::{Climb, Command};
 use orchard_world::{Calm, Moved, Outlook, Span, World};
@@ -298,16 +298,13 @@ fn take_back<S: Span>(batch: &WorldBatch, lanes: &[Option<Occupant>], span: &mut
             end.is_changed = world.take_back(&command, |model, handle, data| {
                 let set_points = batch.store_driven((lane, frame), model, handle, data);
                 let meeting = batch.store_whole((lane, frame), model, data).unwrap_or_default();
-                let contacts = meeting.contacts.iter().map(|contact| ContactReport {
-                    a: occupant.of_tree[contact.tree],
-                    b: match contact.on {
-                        On::Robot(own) => occupant.of_robot[own],
-                        On::Tree(other) => occupant.of_tree[other],
-                    },
-                    p_world: contact.p_world,
-                    n_world: contact.n_world,
-                    gap: contact.gap,
-                    force_world: contact.force_world,
+                let contacts = meeting.contacts.iter().map(|contact| {
+                    let [first, second] = contact.pair.map(|number| occupant.colliders[number]);
+                    // In a report the collider that the model has first is `a`.
+                    let (a, b, sign) =
+                        if first < second { (first, second, 1.0) } else { (second, first, -1.0) };
+                    let (n_world, force_world) = (contact.n_world * sign, contact.force_world * sign);
+                    ContactReport { a, b, p_world: contact.p_world, n_world, gap: contact.gap, force_world }
                 });
                 let v_fruit_before = batch.fruit_before(lane, frame).collect();
                 let stem_wear = batch.stem_wear(lane, frame).collect();

@@ -63,6 +63,11 @@ impl Model {
         self.overlaps.iter().map(|(&(a, b), &depth)| (a, b, depth))
     }
 
+    /// Colliders in the order in which they were added.
+    pub fn collider_ids(&self) -> impl Iterator<Item = ColliderId> + use<> {
+        (0..self.colliders.len() as u32).map(ColliderId)
+    }
+
     /// The colliders; `ColliderId` is the index.
     pub fn colliders(&self) -> &[Collider] {
         &self.colliders

@@ -53,8 +53,8 @@ pub(crate) struct Parts {
     pub bounds: Vec<(Vec3, f64)>,
     pub x_world_odom: Pose,
     pub settings: StepSettings,
-    /// Groups of all colliders with tree and fruit taken out.
-    pub groups_alone: Vec<Groups>,
+    /// Groups by which colliders meet in contacts that a graphics device does not know: those of the robot with uneven ground.
+    pub unlent_groups: Vec<Groups>,
 }
 
 pub(crate) fn build(
@@ -118,10 +118,13 @@ pub(crate) fn build(
     let robot_colliders = (0..colliders.len()).filter(|&c| colliders[c].is_robot()).collect();
     let bounds = bounds(&model);
     let shapes = Shapes::new(model.colliders().iter().map(|c| &c.shape));
-    let mut groups_alone: Vec<Groups> = model.colliders().iter().map(|c| c.groups).collect();
-    for id in tree.colliders.iter().chain(&fruit.colliders) {
-        groups_alone[id.index()] = Groups::NONE;
-    }
+    let uneven = ground.field().map(|_| ground_collider);
+    let unlent_groups = model.collider_ids().map(|id| match uneven {
+        Some(ground) if id == ground => groups::GROUND_GROUPS,
+        Some(_) if colliders[id.index()].is_robot() => groups::on_ground(model.collider(id).groups),
+        _ => Groups::NONE,
+    });
+    let unlent_groups = unlent_groups.collect();
     Ok(Parts {
         skeleton,
         ground,
@@ -138,7 +141,7 @@ pub(crate) fn build(
         bounds,
         x_world_odom,
         settings,
-        groups_alone,
+        unlent_groups,
     })
 }
 

@@ -51,6 +51,11 @@ pub fn beside_robot(groups: Groups) -> Groups {
     Groups { filter, ..groups }
 }
 
+/// Groups of a part of the robot, with nothing but the ground.
+pub fn on_ground(groups: Groups) -> Groups {
+    Groups { filter: groups.filter & GROUND, ..groups }
+}
+
 /// Groups of fruit, with or without clusters.
 pub fn fruit(in_clusters: bool) -> FruitGroups {
     let (hanging, loose) =

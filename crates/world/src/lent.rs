@@ -33,7 +33,7 @@ pub enum Stay {
     Broken,
     /// The valve of the suction cup is open, or its vacuum is not gone.
     Cup,
-    /// The robot may touch the ground, posts or wires, or itself; or a fruit in its hand may touch one of the former, or other fruit.
+    /// The robot may touch uneven ground; or a fruit in its hand may touch uneven ground or another fruit off its stem.
     Near,
     /// A weight hangs on the arm.
     Weight,
@@ -51,7 +51,7 @@ impl Stay {
             Self::Stopped => "stopped",
             Self::Broken => "broken_wood",
             Self::Cup => "suction",
-            Self::Near => "near_ground_or_itself",
+            Self::Near => "near_uneven_ground_or_fruit",
             Self::Weight => "weight_on_arm",
             Self::Fast => "fast_turns",
         }
@@ -173,26 +173,24 @@ impl World {
         (parts.handle.cup.is_some() && is_open).then_some(Stay::Cup)
     }
 
-    /// True if within some frames the robot may touch itself, the ground, posts or wires, a fruit in its hand these or other fruit, or broken wood the ground, by the speeds of robot, fruit and wood.
+    /// True if within some frames there may be a contact that a device does not know: of the robot with uneven ground, of a fruit in its hand with uneven ground or other fruit off their stems, or of broken wood with the ground, by the speeds of robot, fruit and wood.
     fn may_meet(&mut self, frames: usize) -> bool {
         let (spec, parts, state) = (&*self.spec, &*self.parts, &mut self.state);
         if state.debris_may_land(spec, parts, frames) {
             return true;
         }
         let State { data, vicinity, speeds, groups_beside, fruit, .. } = state;
-        let (data, base) = (&*data, parts.handle.base);
+        if parts.ground.field().is_none() && !fruit.any_off_stem() {
+            return false;
+        }
+        let data = &*data;
         let colliders = parts.model.colliders();
         let twist_at = |body: BodyId, p_world: &Vec3| {
             (data.point_velocity_world(body, p_world), data.velocity(body).angular)
         };
-        // The base carries all of the robot along, and drives over level ground.
-        let is_alone = parts.struts.is_empty() && parts.ground.field().is_none();
-        let twist_of_ground = |p_world: &Vec3| match is_alone {
-            true => twist_at(base, p_world),
-            false => (Vec3::zeros(), Vec3::zeros()),
-        };
+        let at_rest = (Vec3::zeros(), Vec3::zeros());
         let twist = |c: usize, p_world: &Vec3| match colliders[c].owner {
-            Owner::World => twist_of_ground(p_world),
+            Owner::World => at_rest,
             Owner::Body(body) => twist_at(body, p_world),
             Owner::Point(point) => (data.point_v_world[point.index()], Vec3::zeros()),
         };
@@ -210,9 +208,9 @@ impl World {
         speeds.clear();
         speeds.resize(colliders.len(), 0.0);
         for &c in &parts.robot_colliders {
-            speeds[c] = speed(c, &twist_of_ground).unwrap_or(0.0);
+            speeds[c] = speed(c, &|_| at_rest).unwrap_or(0.0);
         }
-        let mut groups = &parts.groups_alone;
+        let mut groups = &parts.unlent_groups;
         if fruit.any_off_stem() {
             groups_beside.clone_from(groups);
             for (point, id) in parts.fruit.points.iter().zip(&parts.fruit.colliders) {

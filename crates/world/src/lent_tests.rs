@@ -8,21 +8,29 @@ use orchard_spec::{Purpose, Spec, Stream};
 
 use crate::{Moved, Stay, World, WorldEvent};
 
-/// In a frame that may be lent, and in frames that need not be watched, the robot presses on nothing but tree and fruit, although set points jump at random and the arm is at its limits.
+/// The paper's world on uneven ground.
+fn uneven() -> Arc<Spec> {
+    let mut spec = Spec::paper();
+    spec.terrain = spec.terrain.with_amplitude(0.05).unwrap();
+    Arc::new(spec)
+}
+
+/// In a frame that may be lent, and in frames that need not be watched, the robot does not press on uneven ground, although set points jump at random and the arm is at its limits.
 #[test]
-fn a_robot_that_may_touch_itself_or_the_ground_stays_here() {
-    let (spec, robot) = (Arc::new(Spec::paper()), Arc::new(RobotModel::paper()));
+fn a_robot_that_may_touch_uneven_ground_stays_here() {
+    let (spec, robot) = (uneven(), Arc::new(RobotModel::named("husky-ur5e-2f85").unwrap()));
     let mut draws = Stream::new(1, 0, Purpose::Test);
     let (mut stayed, mut pressed, mut unwatched) = (0, 0, 0);
     for index in 0..2 {
         let mut world = World::new(spec.clone(), robot.clone(), 20_250_704, index).unwrap();
-        let start = robot.start_command();
-        let mut command = start;
+        // The hand is by the ground.
+        let low = [0.0, 1.7, 0.0, -0.5, 0.0, 2.0];
+        let mut command = robot.start_command();
         let mut unwatched_until = 0;
         for frame in 0..600 {
             if frame % 12 == 0 {
-                for k in 0..command.arm_q.len() {
-                    command.arm_q[k] = start.arm_q[k] + draws.uniform(-2.5, 2.5);
+                for (q, low) in command.arm_q.iter_mut().zip(low) {
+                    *q = low + draws.uniform(-1.0, 1.0);
                 }
             }
             let stays = world.outlook(&[command]).stays.is_some();
@@ -37,12 +45,12 @@ fn a_robot_that_may_touch_itself_or_the_ground_stays_here() {
                 let collider = model.collider(id);
                 matches!(collider.owner, Owner::Body(body) if world.handle().bodies.contains(&body))
             };
-            let is_trees = |id| world.tree().colliders.contains(&id) || world.fruit().colliders.contains(&id);
+            let is_ground = |id| matches!(model.collider(id).owner, Owner::World);
             let presses = world.report().contacts.iter().any(|contact| {
                 let pair = [contact.a, contact.b];
                 contact.force_world.norm() > 0.0
                     && pair.into_iter().any(is_robots)
-                    && !pair.into_iter().any(is_trees)
+                    && pair.into_iter().any(is_ground)
             });
             assert!(stays || !presses, "world {index}, frame {frame}");
             assert!(frame >= unwatched_until || !presses, "world {index}, frame {frame}");
@@ -70,24 +78,29 @@ fn put(world: &mut World, places: &[Vec3]) {
     }
 }
 
-/// A frame with a fruit off its stem may be lent, but not where one in the hand is beside the ground or another one.
+/// A frame with a fruit off its stem may be lent, but not where one in the hand is beside uneven ground or another one.
 #[test]
-fn a_fruit_off_its_stem_is_lent_where_it_meets_the_robot_alone() {
-    let (spec, robot) = (Arc::new(Spec::paper()), Arc::new(RobotModel::paper()));
+fn a_fruit_off_its_stem_is_lent_where_it_meets_no_other_and_no_uneven_ground() {
+    let robot = Arc::new(RobotModel::paper());
     let command = robot.start_command();
-    let world = World::new(spec, robot, 3, 0).unwrap();
-    let stays = |places: &[Vec3], frames: u32| {
+    let world = World::new(Arc::new(Spec::paper()), robot.clone(), 3, 0).unwrap();
+    let on_bumps = World::new(uneven(), robot, 3, 0).unwrap();
+    let stays_in = |world: &World, places: &[Vec3], frames: u32| {
         let mut world = world.clone();
         put(&mut world, places);
         (0..frames).for_each(|_| world.step(&command));
         let phases: Vec<Phase> = (0..places.len()).map(|i| world.fruit_lives().phase(i)).collect();
         (phases, world.outlook(&[command]).stays)
     };
+    let stays = |places: &[Vec3], frames: u32| stays_in(&world, places, frames);
     let aloft = Vec3::new(-2.0, 2.0, 1.5);
     let [radius, other] = [0, 1].map(|i| world.fruit().fruit[i].radius);
     assert_eq!(stays(&[aloft], 0), (vec![Phase::InHand], None));
     let low = Vec3::new(aloft.x, aloft.y, radius + 1e-3);
-    assert_eq!(stays(&[low], 0), (vec![Phase::InHand], Some(Stay::Near)));
+    assert_eq!(stays(&[low], 0), (vec![Phase::InHand], None));
+    let height = on_bumps.terrain().unwrap().height(low.x, low.y).unwrap();
+    let on_bump = Vec3::new(low.x, low.y, height + low.z);
+    assert_eq!(stays_in(&on_bumps, &[on_bump], 0), (vec![Phase::InHand], Some(Stay::Near)));
     let beside = aloft + Vec3::x() * (radius + other + 1e-3);
     assert_eq!(stays(&[aloft, beside], 0), (vec![Phase::InHand; 2], Some(Stay::Near)));
     assert_eq!(stays(&[aloft], 5), (vec![Phase::Free], None));

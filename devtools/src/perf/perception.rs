@@ -23,13 +23,15 @@ const LARGE_MS: f64 = 10.0;
 const DETECTOR_MS: f64 = 2.0;
 
 /// Cameras whose detectors are timed on their images, the detector if it is not the camera's own, and the target time \[ms\].
-const FIELD: [(&str, Option<&str>, Option<f64>); 6] = [
+const FIELD: [(&str, Option<&str>, Option<f64>); 8] = [
     (LARGE_PAPER, Some("paper"), Some(30.0)),
     (LARGE_PAPER, Some("scored"), Some(30.0)),
     ("azure-kinect-native", None, None),
     ("d435i", None, Some(40.0)),
-    ("d435i", Some("learned"), None),
+    (LARGE_PAPER, Some("learned"), Some(30.0)),
+    ("d435i", Some("learned"), Some(40.0)),
     ("azure-kinect", None, Some(150.0)),
+    ("azure-kinect", Some("learned"), Some(150.0)),
 ];
 /// The paper's camera with the large image.
 const LARGE_PAPER: &str = "paper";

@@ -122,7 +122,7 @@ struct Met {
     spin: vec3f,
 }
 
-// Contact of a loose fruit with the ground in closed form, as in `orchard_batch`.
+// Contact of a loose fruit with the ground in closed form, as in `orchard_batch`. That of one at the hand of a robot is among the robot's contacts.
 fn ground_impulse(stem: Stem) -> Met {
     // Velocity at the end of the substep without contact.
     let v = stem.v + stem.impulse * stem.inverse_mass;
@@ -133,8 +133,9 @@ fn ground_impulse(stem: Stem) -> Met {
     let admittance = rules.h * rules.ground_stiffness * time;
     let compliance = max(1.0 / admittance, NEAR_RIGID * stem.inverse_mass);
     let pressed = (-gap / time - v.z) / (compliance + stem.inverse_mass);
+    let is_at_hand = TOUCHES && bitcast<u32>(stem.came_off) == 0u;
     var impulse = vec3f(0.0);
-    if pressed > 0.0 {
+    if pressed > 0.0 && !is_at_hand {
         let arm = vec3f(0.0, 0.0, -stem.radius);
         let slip = v + cross(spin, arm);
         let across = stem.inverse_mass + stem.radius * stem.radius / inertia;

@@ -95,7 +95,9 @@ fn tell(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) th
     workgroupBarrier();
     if thread < contacts {
         let contact = meetings[record + (MEETING_FIELDS + thread * CONTACT_FIELDS) / QUAD];
-        let is_of_fruit = (bitcast<u32>(contact.w) & PAIR_FRUIT) != 0u;
+        let sizes = tables[head(HEAD_PLACES) + lane * head(HEAD_PLACE) + PLACE_SEGMENTS / QUAD];
+        let solids = sizes[PLACE_SEGMENTS % QUAD] + sizes[PLACE_FRUITS % QUAD];
+        let is_of_fruit = (bitcast<u32>(contact.w) & PAIR_NUMBER) < solids;
         if any(contact.xyz != vec3f(0.0)) && !(is_of_fruit && dot(contact.xyz, contact.xyz) < FAINT * FAINT) {
             atomicAdd(&loaded, 1u);
         }

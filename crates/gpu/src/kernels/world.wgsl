@@ -125,3 +125,42 @@ fn world_at(field: u32) -> u32 {
 fn in_world(v: vec3f) -> vec3f {
     return vec3f(place.turn.x * v.x - place.turn.y * v.y, place.turn.y * v.x + place.turn.x * v.y, v.z);
 }
+
+// Numbers of a pair of colliders (`layout::pair`).
+fn pair_of(first: u32, second: u32) -> u32 {
+    return (first << PAIR_FIRST) | second;
+}
+
+fn first_of(pair: u32) -> u32 {
+    return pair >> PAIR_FIRST;
+}
+
+fn second_of(pair: u32) -> u32 {
+    return pair & PAIR_NUMBER;
+}
+
+// Numbers of the first collider of the robot, of the first that stands still, and of the ground.
+fn first_solid() -> u32 {
+    return place.segments + place.fruits;
+}
+
+fn first_still() -> u32 {
+    return first_solid() + head(HEAD_COLLIDERS);
+}
+
+fn ground_number() -> u32 {
+    return first_still() + head(HEAD_STILL);
+}
+
+fn is_fruit(collider: u32) -> bool {
+    return collider >= place.segments && collider < first_solid();
+}
+
+// True for two fruit.
+fn is_of_fruit(pair: u32) -> bool {
+    return is_fruit(second_of(pair));
+}
+
+fn is_solid(collider: u32) -> bool {
+    return collider >= first_solid() && collider < first_still();
+}

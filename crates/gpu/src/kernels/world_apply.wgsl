@@ -58,7 +58,7 @@ fn hand_on() {
         meetings[at] = vec4f(impulse, bitcast<f32>(contact_pair[thread]));
         meetings[at + 1u] = vec4f(contact_n[thread], contact_gap[thread]);
         meetings[at + 2u] = vec4f(contact_p[thread], 0.0);
-        on_wood = select(0.0, length(impulse), tree_of(contact_pair[thread]) < place.segments);
+        on_wood = select(0.0, length(impulse), first_of(contact_pair[thread]) < place.segments);
     }
     let sum = sum_of(vec4f(on_wood, 0.0, 0.0, 0.0)).x;
     if thread == 0u {
@@ -120,8 +120,8 @@ fn add_to_fruit(own: u32) {
     var turn = vec3f(0.0);
     let p = fruit(row, FRUIT_P);
     for (var contact = 0u; contact < contacts; contact++) {
-        let is_own = tree_of(contact_pair[contact]) == collider;
-        if is_own || other_of(contact_pair[contact]) == collider {
+        let is_own = first_of(contact_pair[contact]) == collider;
+        if is_own || second_of(contact_pair[contact]) == collider {
             let on_first = frame_of(contact) * impulses[contact];
             let one = select(-on_first, on_first, is_own);
             sum += one;

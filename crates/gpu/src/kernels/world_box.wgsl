@@ -27,8 +27,8 @@ struct Parting {
     p_b: vec3f,
 }
 
-// Touches of a pair.
-var<private> touches: array<Touch, 3>;
+// Touches of a pair: at most the corners of a clipped face of a box, and the deepest point.
+var<private> touches: array<Touch, 9>;
 var<private> touches_found: u32;
 
 fn add_touch(p_b: vec3f, n: vec3f, gap: f32) {

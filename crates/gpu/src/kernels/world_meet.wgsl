@@ -1,12 +1,9 @@
-// Contacts of a world's robot with wood, hanging fruit and fruit in its hand, and of hanging fruit with each other, in a substep, after both have set up their systems and before they move. A workgroup is a world.
+// Contacts of a world's robot with wood, hanging fruit, fruit in its hand, itself, posts, wires and level ground; of fruit in the hand with these; and of hanging fruit with each other; in a substep, after robot and tree have set up their systems and before they move. A workgroup is a world.
 // The law and its solution are those of `orchard_multibody::contact`.
 
 // A collider of the robot, placed in the world.
 struct Solid {
     kind: u32,
-    link: i32,
-    friction: vec2f,
-    stiffness: vec2f,
     radius: f32,
     length: f32,
     half: vec3f,
@@ -70,11 +67,12 @@ fn seek(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) ow
     }
     place_robot();
     var near = 0u;
-    for (var collider = thread; collider < place.segments + place.fruits; collider += LANES) {
-        near |= near_solids(collider);
+    for (var index = thread; index < round_count(); index += LANES) {
+        near |= near_solids(round_number(index));
     }
+    near |= near_itself(thread);
     for (var own = thread; own < place.fruits && near == 0u; own += LANES) {
-        near |= near_fruit(own, -FRUIT_SUNK, 0u, false);
+        near |= near_fruit(own, -FRUIT_SUNK, 0u, false) + near_standing(own, 0u, false);
     }
     let is_near = before_and_all(select(0u, 1u, near != 0u)).y != 0u;
     if thread == 0u {
@@ -104,16 +102,6 @@ fn meet(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) ow
     if contacts > 0u {
         answer();
     }
-}
-
-// Collider of the tree of a pair.
-fn tree_of(pair: u32) -> u32 {
-    return select(pair / COLLIDER_MOST, place.segments + ((pair & ~PAIR_FRUIT) >> PAIR_FIRST), (pair & PAIR_FRUIT) != 0u);
-}
-
-// The other fruit of a pair of fruit.
-fn other_of(pair: u32) -> u32 {
-    return select(NOBODY, place.segments + (pair & PAIR_NUMBER), (pair & PAIR_FRUIT) != 0u);
 }
 
 // True if it is true in the first thread; a barrier.
@@ -170,8 +158,8 @@ fn link_of_solid(solid: u32) -> i32 {
 
 fn placed_solid(solid: u32) -> Solid {
     let a = collider_quad(solid, COLLIDER_KIND);
-    let b = bitcast<vec4f>(collider_quad(solid, COLLIDER_STIFFNESS));
-    let c = bitcast<vec4f>(collider_quad(solid, COLLIDER_HALF));
+    let size = bitcast<vec2f>(collider_quad(solid, COLLIDER_RADIUS).zw);
+    let half = bitcast<vec4f>(collider_quad(solid, COLLIDER_HALF)).xyz;
     let on = moving(bitcast<i32>(a.y));
     let axes = mat3x3f(cross(on.y, on.z), on.y, on.z);
     var columns: array<vec3f, 4>;
@@ -179,7 +167,7 @@ fn placed_solid(solid: u32) -> Solid {
         columns[k] = axes * bitcast<vec4f>(collider_quad(solid, COLLIDER_P + QUAD * k)).xyz;
     }
     return Solid(
-        a.x, bitcast<i32>(a.y), bitcast<vec2f>(a.zw), b.xy, b.z, b.w, c.xyz,
+        a.x, size.x, size.y, half,
         on.p + columns[0], columns[1], columns[2], columns[3],
     );
 }
@@ -199,161 +187,124 @@ fn place_robot() {
     workgroupBarrier();
 }
 
-// A collider of the tree as a capsule: start, axis, radius; the radius is negative if the robot does not meet it.
-struct Round {
-    p: vec3f,
-    along: vec3f,
-    radius: f32,
-}
-
-fn round_of(collider: u32) -> Round {
-    let row = row_word(collider) & 0xffffu;
-    if collider < place.segments {
-        let start = touch(row, TOUCH_P);
-        let axis = touch(row, TOUCH_Z);
-        return Round(start.xyz, axis.xyz * axis.w, start.w);
-    }
-    let p = fruit(row, FRUIT_P);
-    return Round(p.xyz, vec3f(0.0), select(-1.0, fruit(row, FRUIT_MASS).y, bitcast<u32>(p.w) == 0u));
-}
-
-// Colliders of the robot, a bit each, whose surfaces may be nearer to one of the tree than the margin.
-fn near_solids(collider: u32) -> u32 {
-    let margin = bitcast<f32>(head(HEAD_MARGIN));
-    let solids = head(HEAD_COLLIDERS);
-    let own = round_of(collider);
-    let square = dot(own.along, own.along);
-    var near = 0u;
-    for (var solid = 0u; solid < solids && own.radius >= 0.0; solid++) {
-        let ball = balls[solid];
-        let apart = ball.xyz - own.p;
-        let away = apart - own.along * clamped(dot(apart, own.along), square);
-        let reach = ball.w + own.radius + margin;
-        near |= select(0u, 1u << solid, dot(away, away) < reach * reach);
-    }
-    return near;
-}
-
-// Finds the pairs whose surfaces may be nearer than the margin, in the order of their colliders; returns their number, for all of which there may be no room.
-fn find_pairs() -> u32 {
-    let colliders = place.segments + place.fruits;
-    var found = 0u;
-    for (var first = 0u; first < colliders; first += LANES) {
-        var near = 0u;
-        if first + thread < colliders {
-            near = near_solids(first + thread);
-        }
-        let places = before_and_all(countOneBits(near));
-        var at = found + places.x;
-        while near != 0u {
-            let solid = firstTrailingBit(near);
-            near &= near - 1u;
-            if at < MEETING_MOST_PAIRS {
-                pairs[at] = (first + thread) * COLLIDER_MOST + solid;
-            }
-            at++;
-        }
-        found += places.y;
-    }
-    for (var first = 0u; first < place.fruits; first += LANES) {
-        let count = near_fruit(first + thread, FRUIT_NEAR, 0u, false);
-        let places = before_and_all(count);
-        if count > 0u {
-            near_fruit(first + thread, FRUIT_NEAR, found + places.x, true);
-        }
-        found += places.y;
-    }
-    return shared_number(found);
-}
-
-// Number of the later fruit of which the gap to a hanging one is smaller than `within`, now or at the end of the substep if no velocity changes; keeps the pairs from a place on, if `keeps`.
-fn near_fruit(own: u32, within: f32, first: u32, keeps: bool) -> u32 {
-    if bitcast<f32>(head(HEAD_FRUIT_STIFFNESS)) == 0.0 || own >= place.fruits {
-        return 0u;
-    }
-    let row = row_word(place.segments + own) & 0xffffu;
-    let ball = fruit(row, FRUIT_P);
-    let radius = fruit(row, FRUIT_MASS).y;
-    var found = 0u;
-    if bitcast<u32>(ball.w) != 0u || is_off_stem(row) {
-        return found;
-    }
-    for (var other = own + 1u; other < place.fruits; other++) {
-        let other_row = row_word(place.segments + other) & 0xffffu;
-        let other_ball = fruit(other_row, FRUIT_P);
-        let apart = ball.xyz - other_ball.xyz;
-        let reach = radius + fruit(other_row, FRUIT_MASS).y + bitcast<f32>(head(HEAD_MARGIN));
-        if dot(apart, apart) > reach * reach || bitcast<u32>(other_ball.w) != 0u || is_off_stem(other_row) {
-            continue;
-        }
-        let distance = length(apart);
-        let pair = PAIR_FRUIT | (own << PAIR_FIRST) | other;
-        let gap = distance - reach + bitcast<f32>(head(HEAD_MARGIN)) + overlap_of(pair);
-        let closing = dot(fruit(row, FRUIT_V).xyz - fruit(other_row, FRUIT_V).xyz, apart) / max(distance, COINCIDENT);
-        if min(gap, gap + robot.h * closing) < within {
-            if keeps && first + found < MEETING_MOST_PAIRS {
-                pairs[first + found] = pair;
-            }
-            found++;
-        }
-    }
-    return found;
-}
-
-// Depth by which two fruit have grown into each other [m].
-fn overlap_of(pair: u32) -> f32 {
-    for (var k = 0u; k < place.overlaps; k++) {
-        if overlap_word(2u * k) == pair {
-            return bitcast<f32>(overlap_word(2u * k + 1u));
-        }
-    }
-    return 0.0;
-}
-
 // Contact points of a pair.
 fn touch_pair(pair: u32) {
     touches_found = 0u;
-    let margin = bitcast<f32>(head(HEAD_MARGIN));
-    let own = round_of(tree_of(pair));
-    if other_of(pair) != NOBODY {
-        let other = round_of(other_of(pair));
-        round_round(own.p, own.along, own.radius, other.p, other.along, other.radius);
+    let first = first_of(pair);
+    let second = second_of(pair);
+    if second == ground_number() {
+        over_ground(first);
+    } else if is_box(first) && is_box(second) {
+        let one = placed_solid(first - first_solid());
+        let other = placed_solid(second - first_solid());
+        let axes = mat3x3f(other.x, other.y, other.z);
+        let turned = transpose(axes) * mat3x3f(one.x, one.y, one.z);
+        box_box(Block((one.p - other.p) * axes, turned, one.half), other.half, bitcast<f32>(head(HEAD_MARGIN)));
+        place_touches(other.p, axes);
+    } else if is_box(second) {
+        against_box(round_of(first), is_ball(first), second - first_solid());
+    } else if is_box(first) {
+        let ball = balls[first - first_solid()];
+        let around = Round(ball.xyz, vec3f(0.0), ball.w);
+        against_box(part_beside(second, around), is_ball(second), first - first_solid());
+        for (var k = 0u; k < touches_found; k++) {
+            touches[k].n = -touches[k].n;
+        }
+    } else {
+        let one = round_of(first);
+        let other = part_beside(second, one);
+        round_round(one.p, one.along, one.radius, other.p, other.along, other.radius);
         touches[0].gap += overlap_of(pair);
-        return;
     }
-    let solid = placed_solid(pair % COLLIDER_MOST);
-    if solid.kind != SOLID_BOX {
-        round_round(own.p, own.along, own.radius, solid.p, solid.z * solid.length, solid.radius);
-        return;
-    }
+}
+
+fn is_box(collider: u32) -> bool {
+    return is_solid(collider) && collider_quad(collider - first_solid(), COLLIDER_KIND).x == SOLID_BOX;
+}
+
+// True if a collider that is a capsule or a ball has no length.
+fn is_ball(collider: u32) -> bool {
+    return is_fruit(collider) || (is_solid(collider) && collider_quad(collider - first_solid(), COLLIDER_KIND).x == SOLID_SPHERE);
+}
+
+// Contact points of a capsule or a ball with a box of the robot.
+fn against_box(own: Round, is_ball: bool, box: u32) {
+    let solid = placed_solid(box);
     let axes = mat3x3f(solid.x, solid.y, solid.z);
     let a = (own.p - solid.p) * axes;
-    if tree_of(pair) < place.segments {
-        capsule_box(a, a + own.along * axes, own.radius, solid.half, margin);
-    } else {
+    if is_ball {
         sphere_box(a, own.radius, solid.half);
+    } else {
+        capsule_box(a, a + own.along * axes, own.radius, solid.half, bitcast<f32>(head(HEAD_MARGIN)));
     }
+    place_touches(solid.p, axes);
+}
+
+// Places the touches that were found in a box's frame in the world.
+fn place_touches(p: vec3f, axes: mat3x3f) {
     for (var k = 0u; k < touches_found; k++) {
-        touches[k].p = solid.p + axes * touches[k].p;
+        touches[k].p = p + axes * touches[k].p;
         touches[k].n = axes * touches[k].n;
     }
 }
 
-// Velocity of a point of the tree's collider against that of the robot's, or of the other fruit's centre.
-fn relative_velocity(pair: u32, p: vec3f) -> vec3f {
-    let collider = tree_of(pair);
+// A collider that is a capsule or a ball; of one that stands still the part that may touch another one: closest points of a wire of many metres have the rounding of its length.
+fn part_beside(collider: u32, other: Round) -> Round {
+    let long = round_of(collider);
+    let size = length(long.along);
+    let reach = length(other.along) + other.radius + long.radius + bitcast<f32>(head(HEAD_MARGIN));
+    if collider < first_still() || size <= 2.0 * reach {
+        return long;
+    }
+    let direction = long.along / size;
+    let middle = dot(other.p - long.p, direction);
+    let low = clamp(middle - reach, 0.0, size);
+    let high = clamp(middle + reach, 0.0, size);
+    return Round(long.p + direction * low, direction * (high - low), long.radius);
+}
+
+// Contact points of a collider over level ground: ends or corners.
+fn over_ground(collider: u32) {
+    if is_box(collider) {
+        let solid = placed_solid(collider - first_solid());
+        for (var corner = 0u; corner < 8u; corner++) {
+            let at = corner_signs(corner) * solid.half;
+            point_over_ground(solid.p + solid.x * at.x + solid.y * at.y + solid.z * at.z, 0.0);
+        }
+        return;
+    }
+    let own = round_of(collider);
+    point_over_ground(own.p, own.radius);
+    if any(own.along != vec3f(0.0)) {
+        point_over_ground(own.p + own.along, own.radius);
+    }
+}
+
+fn point_over_ground(p: vec3f, radius: f32) {
+    if p.z - radius < bitcast<f32>(head(HEAD_MARGIN)) {
+        add_touch(vec3f(p.xy, 0.0), unit(2u), p.z - radius);
+    }
+}
+
+// Velocity of a point of a collider; of a fruit its centre's.
+fn velocity_at(collider: u32, p: vec3f) -> vec3f {
+    if collider >= first_still() {
+        return vec3f(0.0);
+    }
+    if collider >= first_solid() {
+        let on = moving(link_of_solid(collider - first_solid()));
+        return on.v + cross(on.w, p - on.p);
+    }
     let row = row_word(collider) & 0xffffu;
-    if other_of(pair) != NOBODY {
-        return fruit(row, FRUIT_V).xyz - fruit(row_word(other_of(pair)) & 0xffffu, FRUIT_V).xyz;
-    }
-    let on = moving(link_of_solid(pair % COLLIDER_MOST));
-    var v: vec3f;
     if collider < place.segments {
-        v = touch(row, TOUCH_V).xyz + cross(touch(row, TOUCH_W).xyz, p - touch(row, TOUCH_P).xyz);
-    } else {
-        v = fruit(row, FRUIT_V).xyz;
+        return touch(row, TOUCH_V).xyz + cross(touch(row, TOUCH_W).xyz, p - touch(row, TOUCH_P).xyz);
     }
-    return v - (on.v + cross(on.w, p - on.p));
+    return fruit(row, FRUIT_V).xyz;
+}
+
+// Velocity of a point of a pair's first collider against that of the second.
+fn relative_velocity(pair: u32, p: vec3f) -> vec3f {
+    return velocity_at(first_of(pair), p) - velocity_at(second_of(pair), p);
 }
 
 // Finds the contact points of all pairs within the margin, with their gap at the end of the substep if no velocity changed; returns their number.
@@ -387,7 +338,7 @@ fn find_touches(pair_count: u32) -> u32 {
                 }
                 large[at + 6u] = own.gap;
                 let ahead = own.gap + robot.h * dot(own.n, relative_velocity(pair, own.p));
-                large[at + 7u] = select(ahead, ahead + OPEN_FRUIT, ahead > 0.0 && other_of(pair) != NOBODY);
+                large[at + 7u] = select(ahead, ahead + OPEN_FRUIT, ahead > 0.0 && is_of_fruit(pair));
                 large[at + 8u] = bitcast<f32>(pair);
             }
         }

@@ -85,24 +85,52 @@ fn block(row: u32, column: u32) -> mat3x3f {
 
 // Law of a contact whose block of the inverse inertia has the size `w`.
 fn regularised(contact: u32, w: f32) -> Law {
-    let pair = contact_pair[contact];
-    let solid = pair % COLLIDER_MOST;
-    let is_fruit = tree_of(pair) >= place.segments;
-    var friction = bitcast<vec2f>(collider_quad(solid, COLLIDER_KIND).zw);
-    var stiffness = bitcast<vec2f>(collider_quad(solid, COLLIDER_STIFFNESS).xy);
-    if other_of(pair) != NOBODY {
-        friction.y = bitcast<f32>(head(HEAD_FRUIT_FRICTION));
-        stiffness.y = bitcast<f32>(head(HEAD_FRUIT_STIFFNESS));
-    }
+    let surfaces = surfaces_of(first_of(contact_pair[contact]), second_of(contact_pair[contact]));
     let gap = contact_gap[contact];
     let time = robot.h + select(rules.dissipation_time, 0.0, gap > 0.0);
-    let k = select(stiffness.x, stiffness.y, is_fruit);
     return Law(
-        select(friction.x, friction.y, is_fruit),
+        surfaces.x,
         TANGENTIAL * w,
-        max(NEAR_RIGID * w, 1.0 / (robot.h * k * time)),
+        max(NEAR_RIGID * w, 1.0 / (robot.h * surfaces.y * time)),
         -gap / time,
     );
+}
+
+// Friction and stiffness of two surfaces.
+fn surfaces_of(first: u32, second: u32) -> vec2f {
+    if is_solid(first) && is_solid(second) {
+        let one = surface_on(first, MATERIAL_ROBOT);
+        let other = surface_on(second, MATERIAL_ROBOT);
+        return vec2f(sqrt(one.x * other.x), 1.0 / (1.0 / one.y + 1.0 / other.y));
+    }
+    if is_solid(first) {
+        return surface_on(first, material_of(second));
+    }
+    if is_solid(second) {
+        return surface_on(second, material_of(first));
+    }
+    let standing = material_of(second) - MATERIAL_STILL;
+    if is_of_fruit(pair_of(first, second)) {
+        return vec2f(bitcast<f32>(head(HEAD_FRICTION_OF_FRUIT)), bitcast<f32>(head(HEAD_FRUIT_STIFFNESS)));
+    }
+    return vec2f(
+        bitcast<f32>(head(HEAD_FRICTION_OF_FRUIT + 1u + standing)),
+        bitcast<f32>(head(HEAD_STIFFNESS_OF_FRUIT + standing)),
+    );
+}
+
+// Friction and stiffness of a collider of the robot on a material; its own ones if that is the robot.
+fn surface_on(collider: u32, material: u32) -> vec2f {
+    let solid = collider - first_solid();
+    let at = vec2u(COLLIDER_FRICTION, COLLIDER_STIFFNESS) + material;
+    return bitcast<vec2f>(vec2u(collider_quad(solid, at.x)[at.x % QUAD], collider_quad(solid, at.y)[at.y % QUAD]));
+}
+
+fn material_of(collider: u32) -> u32 {
+    if collider < first_solid() {
+        return select(MATERIAL_FRUIT, MATERIAL_WOOD, collider < place.segments);
+    }
+    return select(MATERIAL_STILL, MATERIAL_GROUND, collider == ground_number());
 }
 
 // Open, sticking, sliding. `v` is the velocity beyond the one at which the impulse vanishes: near the solution it is small, and has little rounding.

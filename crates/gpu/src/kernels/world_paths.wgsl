@@ -70,11 +70,11 @@ fn walk_tree(contact: u32) {
     tangents[contact][0] = directions[0];
     tangents[contact][1] = directions[1];
     var v = relative_velocity(pair, p);
-    var on = start_of(tree_of(pair), p, directions);
+    var on = start_of(first_of(pair), p, directions);
     v += on.change;
     var of_rows = vec3f(0.0);
-    if other_of(pair) != NOBODY {
-        let other = start_of(other_of(pair), p, directions * -1.0);
+    if is_of_fruit(pair) {
+        let other = start_of(second_of(pair), p, directions * -1.0);
         v -= other.change;
         if second_way[contact] == NOBODY {
             on = both_on_one_link(on, other);
@@ -118,7 +118,7 @@ fn share_ways() -> u32 {
 
 // True if a pair is of two fruit on different links.
 fn goes_two_ways(pair: u32) -> bool {
-    return other_of(pair) != NOBODY && (row_word(tree_of(pair)) >> 16u) != (row_word(other_of(pair)) >> 16u);
+    return is_of_fruit(pair) && (row_word(first_of(pair)) >> 16u) != (row_word(second_of(pair)) >> 16u);
 }
 
 // Follows a way to the root; returns the velocity that the free changes of its joints add along the rows.
@@ -153,8 +153,12 @@ struct Walk {
     is_capped: bool,
 }
 
-// The impulses on a segment of the tree, or what the stem of a fruit passes on to its segment; nothing of a fruit in the hand.
+// The impulses on a segment of the tree, or what the stem of a fruit passes on to its segment; nothing of a fruit in the hand, or of the robot.
 fn start_of(collider: u32, p: vec3f, directions: mat3x3f) -> Walk {
+    let none = mat3x3f(vec3f(0.0), vec3f(0.0), vec3f(0.0));
+    if collider >= first_solid() {
+        return Walk(none, none, NO_PARENT, vec3f(0.0), vec3f(0.0), true);
+    }
     let word = row_word(collider);
     if collider < place.segments {
         let r = p - touch(word & 0xffffu, TOUCH_P).xyz;
@@ -164,7 +168,6 @@ fn start_of(collider: u32, p: vec3f, directions: mat3x3f) -> Walk {
     let inverse_mass = fruit(row, FRUIT_V).w;
     let change = fruit(row, FRUIT_IMPULSE).xyz * inverse_mass;
     if is_off_stem(row) {
-        let none = mat3x3f(vec3f(0.0), vec3f(0.0), vec3f(0.0));
         let spin = fruit(row, FRUIT_ARM).xyz / spin_divisor();
         return Walk(none, none, NO_PARENT, change + cross(spin, p - fruit(row, FRUIT_P).xyz), vec3f(0.0), true);
     }
@@ -268,21 +271,25 @@ fn factor_robot() {
 fn respond_robot() {
     for (var row = thread; row < 3u * contacts; row += LANES) {
         let contact = row / 3u;
-        let directions = frame_of(contact);
-        let force = -directions[row % 3u];
+        let pair = contact_pair[contact];
+        let direction = frame_of(contact)[row % 3u];
         var y: array<f32, ROBOT_DOFS>;
         for (var j = 0u; j < ROBOT_DOFS; j++) {
             y[j] = 0.0;
         }
-        var link = -1;
-        if other_of(contact_pair[contact]) == NOBODY {
-            link = link_of_solid(contact_pair[contact] % COLLIDER_MOST);
-        }
-        while link >= 0 {
-            let on = moving(link);
-            let torque = cross(contact_p[contact] - on.p, force);
-            y[link] = dot(on.z, select(torque, force, robot.links[link].slides != 0u));
-            link = robot.links[link].parent;
+        for (var side = 0u; side < 2u; side++) {
+            let collider = select(first_of(pair), second_of(pair), side != 0u);
+            let force = select(direction, -direction, side != 0u);
+            var link = -1;
+            if is_solid(collider) {
+                link = link_of_solid(collider - first_solid());
+            }
+            while link >= 0 {
+                let on = moving(link);
+                let torque = cross(contact_p[contact] - on.p, force);
+                y[link] += dot(on.z, select(torque, force, robot.links[link].slides != 0u));
+                link = robot.links[link].parent;
+            }
         }
         var free = 0.0;
         for (var i = 0u; i < robot.dofs; i++) {
@@ -351,9 +358,9 @@ fn of_all_fruit(own: vec2u) -> mat3x3f {
     var sum = mat3x3f(vec3f(0.0), vec3f(0.0), vec3f(0.0));
     let pairs_of_both = vec2u(contact_pair[own.x], contact_pair[own.y]);
     for (var k = 0u; k < 4u; k++) {
-        let one = select(tree_of(pairs_of_both.x), other_of(pairs_of_both.x), (k & 1u) != 0u);
-        let other = select(tree_of(pairs_of_both.y), other_of(pairs_of_both.y), (k & 2u) != 0u);
-        if one == other && one != NOBODY && one >= place.segments {
+        let one = select(first_of(pairs_of_both.x), second_of(pairs_of_both.x), (k & 1u) != 0u);
+        let other = select(first_of(pairs_of_both.y), second_of(pairs_of_both.y), (k & 2u) != 0u);
+        if one == other && is_fruit(one) {
             let part = of_fruit(one, own);
             if k == 0u || k == 3u {
                 sum += part;

@@ -81,13 +81,13 @@ fields! {
         /// Largest number of their ways through the tree: contacts of two fruit on different links have two.
         MOST_WAYS = 24,
     }
-    /// A contact point of the robot with wood or a fruit.
+    /// A contact point of two colliders.
     contact {
-        /// Impulse on wood or fruit in the substep [N s], world (3).
+        /// Impulse on the first collider in the substep [N s], world (3).
         IMPULSE = 0,
-        /// Number of the collider of the tree times [`collider::MOST`] plus that of the robot's, or [`pair`], as bits.
+        /// The colliders ([`pair`]), as bits.
         PAIR = 3,
-        /// Unit normal from robot to tree, world (3).
+        /// Unit normal from the second to the first, world (3).
         N = 4,
         /// Distance of the surfaces [m].
         GAP = 7,
@@ -96,14 +96,13 @@ fields! {
         /// Number of fields.
         FIELDS = 12,
     }
-    /// Two fruit that touch each other: this bit, the number of the first, and that of the second.
+    /// Two colliders that touch each other, as numbers of the world's colliders: segments, fruit, those of the robot, what stands still, the ground.
+    /// The first one is wood, a fruit or the robot's; the second one comes later in this order.
     pair {
-        /// Bit of such a pair.
-        FRUIT = 0x8000_0000,
         /// Shift of the first number.
-        FIRST = 15,
+        FIRST = 16,
         /// Mask of a number.
-        NUMBER = 0x7fff,
+        NUMBER = 0xffff,
     }
     /// Response of a joint of the tree to unit impulses along the three rows of a contact, in coordinates in which the system's matrix is 1.
     path {
@@ -122,26 +121,30 @@ fields! {
         KIND = 0,
         /// Link on which it is; all bits set for the ground.
         LINK = 1,
-        /// Friction with wood, and with fruit.
-        FRICTION = 2,
-        /// Stiffness with wood, and with fruit [N/m].
-        STIFFNESS = 4,
+        /// A bit for each later collider of the robot that it meets.
+        MEETS = 2,
+        /// 1 if it meets the ground.
+        ON_GROUND = 3,
+        /// Friction with each [`material`].
+        FRICTION = 4,
+        /// Stiffness with each [`material`] [N/m].
+        STIFFNESS = 9,
         /// Radius of a sphere or capsule [m].
-        RADIUS = 6,
+        RADIUS = 14,
         /// Length of a capsule [m].
-        LENGTH = 7,
+        LENGTH = 15,
         /// Half sides of a box [m] (3).
-        HALF = 8,
+        HALF = 16,
         /// Radius of a ball about it [m].
-        BOUND = 11,
-        /// Place of its frame on the link [m] (3).
-        P = 12,
+        BOUND = 19,
+        /// Place of its frame on the link [m] (3, the fourth number is free).
+        P = 20,
         /// Axes of its frame on the link (3 each, the fourth number is free).
-        AXES = 16,
+        AXES = 24,
         /// Centre of the ball about it on the link [m] (3).
-        CENTRE = 28,
+        CENTRE = 36,
         /// Number of fields.
-        FIELDS = 32,
+        FIELDS = 40,
         /// Largest number of colliders: bits of a word.
         MOST = 32,
     }
@@ -154,7 +157,30 @@ fields! {
         /// Box about the origin.
         BOX = 2,
     }
-    /// First fields of the table that all worlds read, as whole numbers; the colliders follow, then what each world has of its own.
+    /// What surfaces are of.
+    material {
+        WOOD = 0,
+        FRUIT = 1,
+        /// Posts and wires.
+        STILL = 2,
+        GROUND = 3,
+        /// The robot itself; its own figure.
+        ROBOT = 4,
+        /// Number of materials.
+        COUNT = 5,
+    }
+    /// A collider that stands still in all worlds: a capsule.
+    still {
+        /// Start of its axis [m], world (3).
+        P = 0,
+        /// Radius [m].
+        RADIUS = 3,
+        /// From the start to the end of its axis [m], world (3, the fourth number is free).
+        ALONG = 4,
+        /// Number of fields.
+        FIELDS = 8,
+    }
+    /// First fields of the table that all worlds read, as whole numbers; the colliders of the robot follow, then those that stand still, then what each world has of its own.
     head {
         /// Number of the robot's colliders.
         COLLIDERS = 0,
@@ -170,12 +196,18 @@ fields! {
         PLACE = 5,
         /// Distance from which on surfaces have a contact [m].
         MARGIN = 6,
-        /// Friction of fruit on fruit.
-        FRUIT_FRICTION = 7,
         /// Stiffness of the contact of two fruit on their stems [N/m]; 0 where they pass through each other.
-        FRUIT_STIFFNESS = 8,
+        FRUIT_STIFFNESS = 7,
+        /// Friction of fruit on fruit, on what stands still, and on the ground.
+        FRICTION_OF_FRUIT = 8,
+        /// Stiffness of its contact with what stands still, and with the ground [N/m].
+        STIFFNESS_OF_FRUIT = 11,
+        /// Number of colliders that stand still.
+        STILL = 13,
+        /// 1 if the ground is level, at height 0, and met.
+        GROUND = 14,
         /// Number of fields.
-        FIELDS = 12,
+        FIELDS = 16,
     }
     /// A world's own part of that table. Behind these fields, for each segment, its row and above it the row bits the parent's segment (all set for the root); then
     /// for each fruit its row and its segment likewise.

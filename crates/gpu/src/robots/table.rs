@@ -144,7 +144,12 @@ impl Place {
     const GROUND: i32 = -1;
 }
 
-/// The model of a robot alone at the origin of odom, which no other body touches, and its start.
+/// Group of colliders of [`Alone::model`] that meet the ground: arm and fingers, as in `orchard_world`; a height servo holds chassis and bucket over it.
+pub(crate) const ON_GROUND: u32 = 1;
+/// The lowest of the nine bits by which its links meet each other.
+const LINKS: u32 = 1;
+
+/// The model of a robot alone at the origin of odom, and its start. Its colliders are in groups that tell which of them meet each other and the ground.
 #[derive(Debug)]
 pub(crate) struct Alone {
     pub model: Model,
@@ -159,7 +164,9 @@ impl Alone {
     /// The robot's parts form no valid model.
     pub fn new(robot: &RobotModel) -> Result<Self, BatchError> {
         let none = Groups::NONE;
-        let groups = PartGroups { base: none, arm: none, finger: none, bucket: none, self_contact: None };
+        let hand = Groups { filter: ON_GROUND, ..none };
+        let groups =
+            PartGroups { base: none, arm: hand, finger: hand, bucket: none, self_contact: Some(LINKS) };
         let mut builder = ModelBuilder::new();
         let handle = robot.add_to(&mut builder, &Pose::identity(), &groups);
         let model = builder.build().map_err(|e| refused(robot, &e.to_string()))?;

@@ -7,7 +7,7 @@ use super::*;
 fn substeps_on_stems_have_the_contacts_of_f64() {
     let Some(gpu) = device() else { return };
     let off = compare_substeps(&gpu, &seen(Preset::Calibrated), 4, 220);
-    let [on_wood, on_fruit, of_fruit] = off.loaded;
+    let [on_wood, on_fruit, of_fruit, _] = off.loaded;
     assert!(
         off.crowded == 0 && on_wood > 100 && on_fruit > 5 && of_fruit > 100 && off.overlooked < 80,
         "{off:?}"

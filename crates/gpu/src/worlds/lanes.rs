@@ -337,7 +337,7 @@ impl WorldBatch {
                 }
             }
         }
-        Some(Meeting::of(whole.record.as_flattened(), self.trees.memory.rules.h, plant.tree.len()))
+        Some(Meeting::of(whole.record.as_flattened(), self.trees.memory.rules.h))
     }
 
     /// Wear of the stems of a lane, of zone and spur, as [`Self::store_whole`] has their motion; none on tethers, or if the motion was not read.

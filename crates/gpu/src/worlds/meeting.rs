@@ -2,7 +2,7 @@
 
 use orchard_geometry::Vec3;
 
-use crate::layout::{collider, contact, meeting, pair};
+use crate::layout::{contact, meeting, pair};
 
 /// Contacts of a world: those of its latest substep, and counts and loads since its reset.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -23,29 +23,18 @@ pub struct Meeting {
     pub peak_contact_force: f32,
 }
 
-/// Collider that a tree's one touches.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum On {
-    /// The robot's, in the order in which the robot adds them to a model.
-    Robot(usize),
-    /// That of another fruit, counted as those of the tree in [`ContactPoint::tree`].
-    Tree(usize),
-}
-
-/// A contact point of a tree with its robot, or of two of its fruit.
+/// A contact point of two colliders of a world, as numbers: its segments, its fruit, the colliders of the robot in the order in which it adds them to a model, those that stand still in that of the model, the ground.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactPoint {
-    /// Collider of the tree: a segment, or behind all segments a fruit.
-    pub tree: usize,
-    /// The other collider.
-    pub on: On,
+    /// Numbers of the two, the smaller one first.
+    pub pair: [usize; 2],
     /// Point halfway between the surfaces \[m\], world.
     pub p_world: Vec3,
-    /// Unit normal from the other collider to the tree's.
+    /// Unit normal from the second to the first.
     pub n_world: Vec3,
     /// Distance of the surfaces at the start of the substep \[m\]; negative while they overlap.
     pub gap: f64,
-    /// Mean force on the tree's collider over the substep \[N\]; the other one feels the opposite.
+    /// Mean force on the first over the substep \[N\]; the other one feels the opposite.
     pub force_world: Vec3,
 }
 
@@ -53,23 +42,16 @@ impl Meeting {
     /// Numbers of the record that it is made of.
     pub(super) const NUMBERS: usize = meeting::FIELDS + meeting::MOST_CONTACTS * contact::FIELDS;
 
-    /// From the numbers of a record; `h` is the length of a substep \[s\], and the tree has so many segments.
-    pub(super) fn of(numbers: &[f32], h: f32, segments: usize) -> Self {
+    /// From the numbers of a record; `h` is the length of a substep \[s\].
+    pub(super) fn of(numbers: &[f32], h: f32) -> Self {
         let count = |field: usize| numbers[field].to_bits();
         let known = (count(meeting::LAST) as usize).min(meeting::MOST_CONTACTS);
         let of_contacts = numbers[meeting::FIELDS..].chunks_exact(contact::FIELDS).take(known);
         let contacts = of_contacts.map(|own| {
             let vector = |field: usize| Vec3::from_fn(|k, _| f64::from(own[field + k]));
             let both = own[contact::PAIR].to_bits() as usize;
-            let (tree, on) = if both & pair::FRUIT == 0 {
-                (both / collider::MOST, On::Robot(both % collider::MOST))
-            } else {
-                let first = (both & !pair::FRUIT) >> pair::FIRST;
-                (segments + first, On::Tree(segments + (both & pair::NUMBER)))
-            };
             ContactPoint {
-                tree,
-                on,
+                pair: [both >> pair::FIRST, both & pair::NUMBER],
                 p_world: vector(contact::P),
                 n_world: vector(contact::N),
                 gap: f64::from(own[contact::GAP]),

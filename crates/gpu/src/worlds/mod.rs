@@ -28,19 +28,20 @@ use crate::rules::Rules;
 use buffers::WorldBuffers;
 use lanes::Read;
 pub use lanes::{Fitted, Tenant};
-pub use meeting::{ContactPoint, Meeting, On};
+pub use meeting::{ContactPoint, Meeting};
 use pipelines::WorldPass;
 pub(crate) use quads::{scatter, scatter_words};
+pub use table::world_colliders;
 use table::{WorldTable, overlaps};
 pub use told::{Course, News, Wish};
 
 /// Largest tilt of an odom frame: its z axis is as near to the vertical as rounding allows.
 const UPRIGHT: f64 = 1e-9;
 
-/// Worlds on level ground, each with a tree and a robot of one kind, which advance together on a graphics device. The robot touches live wood, hanging fruit and fruit that came in its hand by the law of
+/// Worlds on level ground, each with a tree and a robot of one kind, which advance together on a graphics device. The robot touches live wood, hanging fruit, fruit that came in its hand, itself, posts and wires, and level ground by the law of
 /// `orchard_multibody::contact`; wood that it pushes breaks. Their state stays there; only what is asked for is read.
 ///
-/// The air is still. Hanging fruit touch each other where they grow in clusters. The robot touches nothing else: neither fruit that come off here or lie elsewhere nor broken limbs, the ground or itself. The result of a world does not
+/// The air is still. Hanging fruit touch each other where they grow in clusters. The robot touches nothing else: neither fruit that come off here or lie elsewhere, nor broken limbs, nor uneven ground. All worlds have the posts and wires of the first one. The result of a world does not
 /// depend on the other worlds or on their number.
 #[derive(Debug)]
 pub struct WorldBatch {
@@ -280,7 +281,7 @@ impl WorldBatch {
     pub fn meeting(&self, world: usize) -> Result<Meeting, GpuError> {
         let first = self.table.records + world * self.table.record;
         let numbers = self.gpu.read(&[(&self.buffers.meetings, first..first + Meeting::NUMBERS)])?;
-        Ok(Meeting::of(&numbers, self.trees.memory.rules.h, self.trees.plants[world].tree.len()))
+        Ok(Meeting::of(&numbers, self.trees.memory.rules.h))
     }
 }
 

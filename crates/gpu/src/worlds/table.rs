@@ -2,16 +2,20 @@
 
 use bytemuck::cast;
 use orchard_batch::Plant;
+use orchard_fruit::FruitSet;
 use orchard_geometry::{Pose, Shape, Vec3, transform};
 use orchard_multibody::contact::in_series;
-use orchard_multibody::{Collider, ColliderId, Owner};
-use orchard_robot::RobotModel;
+use orchard_multibody::{Collider, ColliderId, Model, Owner};
+use orchard_robot::{RobotHandle, RobotModel};
+use orchard_treephys::TreeBody;
 
 use crate::BatchError;
-use crate::layout::{LANES, QUAD, collider, contact, head, meeting, pair, path, place, robot, solid, system};
+use crate::layout::{
+    LANES, QUAD, collider, contact, head, material, meeting, pair, path, place, robot, solid, still, system,
+};
 use crate::memory::{Memory, Room, depth};
 use crate::robots::Alone;
-use crate::robots::table::{Place, refused};
+use crate::robots::table::{ON_GROUND, Place, refused};
 
 /// Segment above the root.
 const NO_PARENT: u32 = 0xffff;
@@ -27,11 +31,22 @@ pub(crate) struct WorldTable {
     pub meetings: usize,
 }
 
-/// Friction and stiffness of a surface of a tree.
+/// Friction and stiffness of a surface.
 #[derive(Debug, Clone, Copy)]
 struct Surface {
     friction: f64,
     stiffness: f64,
+}
+
+impl Surface {
+    fn of(one: &Collider) -> Self {
+        Self { friction: one.friction, stiffness: one.stiffness }
+    }
+
+    /// Friction and stiffness of its contact with another one.
+    fn on(self, other: Self) -> [u32; 2] {
+        [bits((self.friction * other.friction).sqrt()), bits(in_series(self.stiffness, other.stiffness))]
+    }
 }
 
 impl WorldTable {
@@ -58,9 +73,21 @@ impl WorldTable {
         let fruit =
             Surface { friction: spec.fruit.friction.si(), stiffness: spec.fruit.contact_stiffness.si() };
         let mut words = vec![0; head::FIELDS];
-        for one in colliders {
-            let numbers = of_collider(one, links, [wood, fruit]).map_err(|why| refused(robot_model, why))?;
+        let model = &plants[0].model;
+        let (still, ground) = standing(model);
+        // Where there is none, its figures are not used.
+        let surface = |id: Option<ColliderId>| id.map_or(fruit, |id| Surface::of(model.collider(id)));
+        let met = [wood, fruit, surface(still.first().copied()), surface(ground)];
+        for (index, one) in colliders.iter().enumerate() {
+            let numbers = of_collider(one, links, met).map_err(|why| refused(robot_model, why))?;
             words.extend(numbers);
+            let own = words.len() - collider::FIELDS;
+            for (other, later) in colliders.iter().enumerate().skip(index + 1) {
+                words[own + collider::MEETS] |= u32::from(one.groups.may_touch(later.groups)) << other;
+            }
+        }
+        for &id in &still {
+            words.extend(of_still(model.collider(id)));
         }
         let depth = plants.iter().map(|plant| depth(&plant.tree.parent)).max().unwrap_or(0).max(room.depth());
         let most = plants.iter().map(|plant| plant.tree.len() + plant.fruit.len()).max().unwrap_or(0);
@@ -72,6 +99,8 @@ impl WorldTable {
         let records = plants.len().div_ceil(LANES) * system::FIELDS * LANES;
         for (field, value) in [
             (head::COLLIDERS, colliders.len()),
+            (head::STILL, still.len()),
+            (head::GROUND, ground.iter().len()),
             (head::DEPTH, depth),
             (head::RECORDS, records / QUAD),
             (head::RECORD, record / QUAD),
@@ -81,9 +110,14 @@ impl WorldTable {
             words[field] = value as u32;
         }
         words[head::MARGIN] = bits(plants[0].settings.contact_margin);
-        words[head::FRUIT_FRICTION] = bits(fruit.friction);
         if spec.fruit.cluster.is_some() {
             words[head::FRUIT_STIFFNESS] = bits(in_series(fruit.stiffness, fruit.stiffness));
+        }
+        words[head::FRICTION_OF_FRUIT] = bits(fruit.friction);
+        for (k, surface) in met[material::STILL..=material::GROUND].iter().enumerate() {
+            let [friction, stiffness] = fruit.on(*surface);
+            words[head::FRICTION_OF_FRUIT + 1 + k] = friction;
+            words[head::STIFFNESS_OF_FRUIT + k] = stiffness;
         }
         for (index, (plant, x_world_odom)) in plants.iter().zip(x_world_odom).enumerate() {
             words.extend(of_world(memory, index, plant, x_world_odom, own));
@@ -112,11 +146,57 @@ fn bits(value: f64) -> u32 {
     (value as f32).to_bits()
 }
 
-/// Numbers of a collider, with its laws on wood and on fruit.
+/// What stands still in a world: capsules, and the ground if it is level at height 0.
+fn standing(model: &Model) -> (Vec<ColliderId>, Option<ColliderId>) {
+    let fixed = || model.collider_ids().filter(|&id| model.collider(id).owner == Owner::World);
+    let is_level = |id: &ColliderId| {
+        let one = model.collider(*id);
+        matches!(one.shape, Shape::HalfSpace) && one.x_owner_shape == Pose::identity()
+    };
+    let capsules = fixed().filter(|&id| matches!(model.collider(id).shape, Shape::Capsule { .. }));
+    (capsules.collect(), fixed().find(is_level))
+}
+
+/// Colliders of a world's model in the order of their numbers in [`ContactPoint`](super::ContactPoint).
+pub fn world_colliders(
+    model: &Model,
+    tree: &TreeBody,
+    fruit: &FruitSet,
+    robot: &RobotHandle,
+) -> Vec<ColliderId> {
+    let own = &robot.colliders;
+    let parts = [&own.base, &own.arm, &own.bucket, &own.cup];
+    let mut of_robot: Vec<ColliderId> = parts.into_iter().chain(&own.fingers).flatten().copied().collect();
+    of_robot.sort_unstable();
+    let (still, ground) = standing(model);
+    tree.colliders
+        .iter()
+        .chain(&fruit.colliders)
+        .copied()
+        .chain(of_robot)
+        .chain(still)
+        .chain(ground)
+        .collect()
+}
+
+fn of_still(one: &Collider) -> [u32; still::FIELDS] {
+    let mut words = [0; still::FIELDS];
+    if let Shape::Capsule { radius, length } = one.shape {
+        let along = one.x_owner_shape.rotation * Vec3::new(0.0, 0.0, length);
+        words[still::RADIUS] = bits(radius);
+        for k in 0..3 {
+            words[still::P + k] = bits(one.x_owner_shape.translation.vector[k]);
+            words[still::ALONG + k] = bits(along[k]);
+        }
+    }
+    words
+}
+
+/// Numbers of a collider of the robot, with its laws on the other materials.
 fn of_collider(
     one: &Collider,
     links: &[Place],
-    on: [Surface; 2],
+    on: [Surface; material::ROBOT],
 ) -> Result<[u32; collider::FIELDS], &'static str> {
     let mut words = [0; collider::FIELDS];
     let Owner::Body(body) = one.owner else { return Err("a collider is on no link") };
@@ -130,10 +210,12 @@ fn of_collider(
         _ => return Err("the kernels know balls, capsules and boxes, and no other shapes"),
     };
     words[collider::KIND] = kind as u32;
+    words[collider::ON_GROUND] = u32::from(one.groups.filter & ON_GROUND != 0);
     for (k, surface) in on.into_iter().enumerate() {
-        words[collider::FRICTION + k] = bits((one.friction * surface.friction).sqrt());
-        words[collider::STIFFNESS + k] = bits(in_series(one.stiffness, surface.stiffness));
+        [words[collider::FRICTION + k], words[collider::STIFFNESS + k]] = Surface::of(one).on(surface);
     }
+    words[collider::FRICTION + material::ROBOT] = bits(one.friction);
+    words[collider::STIFFNESS + material::ROBOT] = bits(one.stiffness);
     words[collider::RADIUS] = bits(radius);
     words[collider::LENGTH] = bits(length);
     let centre = transform(&x_link_shape, &Vec3::new(0.0, 0.0, 0.5 * length));
@@ -179,7 +261,8 @@ fn of_world(memory: &Memory, index: usize, plant: &Plant, x_world_odom: &Pose, o
     words.extend(fruit.map(|(i, fruit)| word(memory.fruit_row_of(index, i), fruit.segment as u32)));
     words.resize(own - 2 * place::MOST_OVERLAPS, 0);
     for ([first, second], depth) in overlaps(plant) {
-        words.extend([(pair::FRUIT | first << pair::FIRST | second) as u32, bits(depth)]);
+        let [first, second] = [first, second].map(|fruit| plant.tree.len() + fruit);
+        words.extend([(first << pair::FIRST | second) as u32, bits(depth)]);
         words[place::OVERLAPS] += 1;
     }
     words.resize(own, 0);

@@ -1,0 +1,193 @@
+// Search for colliders of a world that are near each other, a bound about each.
+
+// A collider that is a capsule or a ball: start, axis, radius; the radius is negative if nothing meets it.
+struct Round {
+    p: vec3f,
+    along: vec3f,
+    radius: f32,
+}
+
+fn round_of(collider: u32) -> Round {
+    if collider >= first_still() {
+        let at = (HEAD_FIELDS + head(HEAD_COLLIDERS) * COLLIDER_FIELDS + (collider - first_still()) * STILL_FIELDS) / QUAD;
+        let start = bitcast<vec4f>(tables[at]);
+        return Round(start.xyz, bitcast<vec4f>(tables[at + 1u]).xyz, start.w);
+    }
+    if collider >= first_solid() {
+        let solid = placed_solid(collider - first_solid());
+        return Round(solid.p, solid.z * solid.length, solid.radius);
+    }
+    let row = row_word(collider) & 0xffffu;
+    if collider < place.segments {
+        let start = touch(row, TOUCH_P);
+        let axis = touch(row, TOUCH_Z);
+        return Round(start.xyz, axis.xyz * axis.w, start.w);
+    }
+    let p = fruit(row, FRUIT_P);
+    return Round(p.xyz, vec3f(0.0), select(-1.0, fruit(row, FRUIT_MASS).y, bitcast<u32>(p.w) == 0u));
+}
+
+// Number of the colliders that are tried against those of the robot: wood, fruit, what stands still, the ground.
+fn round_count() -> u32 {
+    return first_solid() + head(HEAD_STILL) + head(HEAD_GROUND);
+}
+
+// Number of one of them among the world's colliders.
+fn round_number(index: u32) -> u32 {
+    return select(index, index + head(HEAD_COLLIDERS), index >= first_solid());
+}
+
+// Colliders of the robot, a bit each, whose surfaces may be nearer to another collider than the margin.
+fn near_solids(collider: u32) -> u32 {
+    let margin = bitcast<f32>(head(HEAD_MARGIN));
+    let solids = head(HEAD_COLLIDERS);
+    var near = 0u;
+    if collider == ground_number() {
+        for (var solid = 0u; solid < solids; solid++) {
+            let is_near = balls[solid].z < balls[solid].w + margin;
+            near |= select(0u, 1u << solid, is_near && collider_quad(solid, COLLIDER_KIND).w != 0u);
+        }
+        return near;
+    }
+    let own = round_of(collider);
+    let square = dot(own.along, own.along);
+    for (var solid = 0u; solid < solids && own.radius >= 0.0; solid++) {
+        let ball = balls[solid];
+        let apart = ball.xyz - own.p;
+        let away = apart - own.along * clamped(dot(apart, own.along), square);
+        let reach = ball.w + own.radius + margin;
+        near |= select(0u, 1u << solid, dot(away, away) < reach * reach);
+    }
+    return near;
+}
+
+// Later colliders of the robot, a bit each, that one of them may touch.
+fn near_itself(solid: u32) -> u32 {
+    var near = 0u;
+    if solid >= head(HEAD_COLLIDERS) {
+        return near;
+    }
+    var left = collider_quad(solid, COLLIDER_KIND).z;
+    while left != 0u {
+        let other = firstTrailingBit(left);
+        left &= left - 1u;
+        let apart = balls[solid].xyz - balls[other].xyz;
+        let reach = balls[solid].w + balls[other].w + bitcast<f32>(head(HEAD_MARGIN));
+        near |= select(0u, 1u << other, dot(apart, apart) < reach * reach);
+    }
+    return near;
+}
+
+// Finds the pairs whose surfaces may be nearer than the margin, in the order of their colliders; returns their number, for all of which there may be no room.
+fn find_pairs() -> u32 {
+    var found = 0u;
+    for (var first = 0u; first < round_count(); first += LANES) {
+        let index = first + thread;
+        let number = round_number(index);
+        var near = 0u;
+        if index < round_count() {
+            near = near_solids(number);
+        }
+        found = keep_pairs(near, number, found);
+    }
+    found = keep_pairs(near_itself(thread), first_solid() + thread, found);
+    for (var first = 0u; first < place.fruits; first += LANES) {
+        let own = first + thread;
+        let count = near_fruit(own, FRUIT_NEAR, 0u, false);
+        let places = before_and_all(count + near_standing(own, 0u, false));
+        if places.y > 0u {
+            near_fruit(own, FRUIT_NEAR, found + places.x, true);
+            near_standing(own, found + places.x + count, true);
+        }
+        found += places.y;
+    }
+    return shared_number(found);
+}
+
+// Keeps the pairs of a collider with those of the robot behind the ones that were found; returns the number of all.
+fn keep_pairs(near: u32, number: u32, found: u32) -> u32 {
+    var left = near;
+    let places = before_and_all(countOneBits(left));
+    var at = found + places.x;
+    while left != 0u {
+        let solid = first_solid() + firstTrailingBit(left);
+        left &= left - 1u;
+        if at < MEETING_MOST_PAIRS {
+            pairs[at] = pair_of(min(number, solid), max(number, solid));
+        }
+        at++;
+    }
+    return found + places.y;
+}
+
+// Number of the colliders that stand still, and the ground, that a fruit in the hand may touch; keeps the pairs from a place on, if `keeps`.
+fn near_standing(own: u32, first: u32, keeps: bool) -> u32 {
+    var found = 0u;
+    if own >= place.fruits || head(HEAD_STILL) + head(HEAD_GROUND) == 0u {
+        return found;
+    }
+    let ball = round_of(place.segments + own);
+    if ball.radius < 0.0 || !is_off_stem(row_word(place.segments + own) & 0xffffu) {
+        return found;
+    }
+    let reach = ball.radius + bitcast<f32>(head(HEAD_MARGIN));
+    for (var other = first_still(); other < ground_number() + head(HEAD_GROUND); other++) {
+        var distance = ball.p.z;
+        if other != ground_number() {
+            let one = round_of(other);
+            let apart = ball.p - one.p;
+            distance = length(apart - one.along * clamped(dot(apart, one.along), dot(one.along, one.along))) - one.radius;
+        }
+        if distance < reach {
+            if keeps && first + found < MEETING_MOST_PAIRS {
+                pairs[first + found] = pair_of(place.segments + own, other);
+            }
+            found++;
+        }
+    }
+    return found;
+}
+
+// Number of the later fruit of which the gap to a hanging one is smaller than `within`, now or at the end of the substep if no velocity changes; keeps the pairs from a place on, if `keeps`.
+fn near_fruit(own: u32, within: f32, first: u32, keeps: bool) -> u32 {
+    if bitcast<f32>(head(HEAD_FRUIT_STIFFNESS)) == 0.0 || own >= place.fruits {
+        return 0u;
+    }
+    let row = row_word(place.segments + own) & 0xffffu;
+    let ball = fruit(row, FRUIT_P);
+    let radius = fruit(row, FRUIT_MASS).y;
+    var found = 0u;
+    if bitcast<u32>(ball.w) != 0u || is_off_stem(row) {
+        return found;
+    }
+    for (var other = own + 1u; other < place.fruits; other++) {
+        let other_row = row_word(place.segments + other) & 0xffffu;
+        let other_ball = fruit(other_row, FRUIT_P);
+        let apart = ball.xyz - other_ball.xyz;
+        let reach = radius + fruit(other_row, FRUIT_MASS).y + bitcast<f32>(head(HEAD_MARGIN));
+        if dot(apart, apart) > reach * reach || bitcast<u32>(other_ball.w) != 0u || is_off_stem(other_row) {
+            continue;
+        }
+        let distance = length(apart);
+        let pair = pair_of(place.segments + own, place.segments + other);
+        let gap = distance - reach + bitcast<f32>(head(HEAD_MARGIN)) + overlap_of(pair);
+        let closing = dot(fruit(row, FRUIT_V).xyz - fruit(other_row, FRUIT_V).xyz, apart) / max(distance, COINCIDENT);
+        if min(gap, gap + robot.h * closing) < within {
+            if keeps && first + found < MEETING_MOST_PAIRS {
+                pairs[first + found] = pair;
+            }
+            found++;
+        }
+    }
+    return found;
+}
+
+// Depth by which two fruit have grown into each other [m].
+fn overlap_of(pair: u32) -> f32 {
+    for (var k = 0u; k < place.overlaps; k++) {
+        if overlap_word(2u * k) == pair {
+            return bitcast<f32>(overlap_word(2u * k + 1u));
+        }
+    }
+    return 0.0;
+}
