@@ -61,6 +61,16 @@ pub struct Seat {
     lane: usize,
 }
 
+/// Calls a function on a thread of no pool, and waits. A thread of a pool that waits for another pool meanwhile takes up other work of its own: here that may be the next episode,
+/// which would wait for the lock that this thread holds.
+fn outside(call: impl FnOnce() + Send) {
+    std::thread::scope(|scope| {
+        if let Err(panic) = scope.spawn(call).join() {
+            std::panic::resume_unwind(panic);
+        }
+    });
+}
+
 /// Locks data that a thread which panicked has left between two frames.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
@@ -128,23 +138,23 @@ impl Crew {
             .enumerate()
             .filter_map(|(lane, slot)| slot.take().map(|(world, command)| (lane, world, command)))
             .collect();
-        if lost.is_none() {
-            let stepped: Result<(), GpuError> = pool.install(|| {
-                let turns = worlds.iter_mut().map(|(lane, world, command)| Turn {
-                    lane: *lane,
-                    world,
-                    command: *command,
-                    is_whole: true,
+        outside(|| {
+            pool.install(|| {
+                if lost.is_none() {
+                    let turns = worlds.iter_mut().map(|(lane, world, command)| Turn {
+                        lane: *lane,
+                        world,
+                        command: *command,
+                        is_whole: true,
+                    });
+                    let stepped: Result<(), GpuError> = lockstep.step(&mut turns.collect::<Vec<_>>());
+                    *lost = stepped.err().map(|e| e.to_string());
+                }
+                worlds.into_par_iter().for_each(|(lane, world, _)| {
+                    let desk = &self.desks[lane];
+                    *lock(&desk.done) = Some(world);
+                    desk.told.notify_one();
                 });
-                lockstep.step(&mut turns.collect::<Vec<_>>())
-            });
-            *lost = stepped.err().map(|e| e.to_string());
-        }
-        pool.install(|| {
-            worlds.into_par_iter().for_each(|(lane, world, _)| {
-                let desk = &self.desks[lane];
-                *lock(&desk.done) = Some(world);
-                desk.told.notify_one();
             });
         });
     }

@@ -44,8 +44,10 @@ fn near_solids(collider: u32) -> u32 {
     var near = 0u;
     if collider == ground_number() {
         for (var solid = 0u; solid < solids; solid++) {
-            let is_near = balls[solid].z < balls[solid].w + margin;
-            near |= select(0u, 1u << solid, is_near && collider_quad(solid, COLLIDER_KIND).w != 0u);
+            if collider_quad(solid, COLLIDER_KIND).w != 0u && balls[solid].z < balls[solid].w + margin {
+                let lowest = balls[solid].z - extent(placed_solid(solid), unit(2u));
+                near |= select(0u, 1u << solid, lowest < margin);
+            }
         }
         return near;
     }
@@ -73,9 +75,44 @@ fn near_itself(solid: u32) -> u32 {
         left &= left - 1u;
         let apart = balls[solid].xyz - balls[other].xyz;
         let reach = balls[solid].w + balls[other].w + bitcast<f32>(head(HEAD_MARGIN));
-        near |= select(0u, 1u << other, dot(apart, apart) < reach * reach);
+        if dot(apart, apart) < reach * reach {
+            let parted = are_parted(solid, other) || are_parted(other, solid);
+            near |= select(1u << other, 0u, parted);
+        }
     }
     return near;
+}
+
+// True if two colliders of the robot are farther apart than the margin along the way from the second to the centre of the first. The ball about a chassis holds much of the arm.
+fn are_parted(solid: u32, other: u32) -> bool {
+    let one = placed_solid(solid);
+    let two = placed_solid(other);
+    let away = balls[solid].xyz - nearest_in(two, balls[other].xyz, balls[solid].xyz);
+    let distance = length(away);
+    if distance < COINCIDENT {
+        return false;
+    }
+    let n = away / distance;
+    let gap = dot(n, balls[solid].xyz - balls[other].xyz) - extent(one, n) - extent(two, n);
+    return gap > bitcast<f32>(head(HEAD_MARGIN));
+}
+
+// Point of a box, or of the axis of a capsule or ball, that is nearest to another point; `centre` is its own.
+fn nearest_in(solid: Solid, centre: vec3f, p: vec3f) -> vec3f {
+    if solid.kind == SOLID_BOX {
+        let axes = mat3x3f(solid.x, solid.y, solid.z);
+        return centre + axes * clamp((p - centre) * axes, -solid.half, solid.half);
+    }
+    let along = 0.5 * solid.length;
+    return centre + solid.z * clamp(dot(p - centre, solid.z), -along, along);
+}
+
+// How far a collider of the robot reaches from its centre in a direction.
+fn extent(solid: Solid, n: vec3f) -> f32 {
+    if solid.kind == SOLID_BOX {
+        return dot(abs(n * mat3x3f(solid.x, solid.y, solid.z)), solid.half);
+    }
+    return 0.5 * solid.length * abs(dot(n, solid.z)) + solid.radius;
 }
 
 // Finds the pairs whose surfaces may be nearer than the margin, in the order of their colliders; returns their number, for all of which there may be no room.
