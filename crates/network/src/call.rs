@@ -18,7 +18,7 @@ pub(crate) struct Call<'a> {
     pub positive: bool,
 }
 
-/// What the nodes of a run share.
+/// Budget and spare memory of a run, which its nodes share.
 pub(crate) struct Run {
     /// Work that may still be taken.
     pub budget: Cell<u64>,

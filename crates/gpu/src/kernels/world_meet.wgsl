@@ -40,8 +40,8 @@ var<workgroup> contact_gap: array<f32, MEETING_MOST_CONTACTS>;
 var<workgroup> large: array<f32, MEETING_MOST_CONTACTS * (MEETING_MOST_CONTACTS + 1u) / 2u * 9u>;
 
 const TOUCH_NUMBERS: u32 = 9u;
-// No collider.
-const NOBODY: u32 = 0xffffffffu;
+// No second way.
+const NO_WAY: u32 = 0xffffffffu;
 // Fruit whose surfaces are farther apart than this [m], now and at the end of the substep if no velocity changes, have no contact. Our own choice: at rest most fruit of a cluster are a few
 // millimetres apart, and there is room for few contacts; what impulses bring together in a substep is met in the next one.
 const FRUIT_NEAR: f32 = 2e-3;

@@ -76,7 +76,7 @@ fn walk_tree(contact: u32) {
     if is_of_fruit(pair) {
         let other = start_of(second_of(pair), p, directions * -1.0);
         v -= other.change;
-        if second_way[contact] == NOBODY {
+        if second_way[contact] == NO_WAY {
             on = both_on_one_link(on, other);
         } else {
             of_rows = walk_on(second_way[contact], other);
@@ -107,7 +107,7 @@ fn share_ways() -> u32 {
     let places = before_and_all(has_two);
     if thread < contacts {
         way_contact[thread] = thread;
-        second_way[thread] = select(NOBODY, contacts + places.x, has_two != 0u);
+        second_way[thread] = select(NO_WAY, contacts + places.x, has_two != 0u);
         if has_two != 0u {
             way_contact[contacts + places.x] = thread;
         }
@@ -392,13 +392,13 @@ fn of_fruit(collider: u32, own: vec2u) -> mat3x3f {
 fn of_all_ways(own: vec2u) -> mat3x3f {
     let second = vec2u(second_way[own.x], second_way[own.y]);
     var sum = of_tree(own);
-    if second.x != NOBODY {
+    if second.x != NO_WAY {
         sum += of_tree(vec2u(second.x, own.y));
     }
-    if second.y != NOBODY {
+    if second.y != NO_WAY {
         sum += of_tree(vec2u(own.x, second.y));
     }
-    if second.x != NOBODY && second.y != NOBODY {
+    if second.x != NO_WAY && second.y != NO_WAY {
         sum += of_tree(second);
     }
     return sum;

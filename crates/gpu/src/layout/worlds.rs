@@ -157,7 +157,7 @@ fields! {
         /// Box about the origin.
         BOX = 2,
     }
-    /// What surfaces are of.
+    /// Material of a surface.
     material {
         WOOD = 0,
         FRUIT = 1,

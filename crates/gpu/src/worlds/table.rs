@@ -146,7 +146,7 @@ fn bits(value: f64) -> u32 {
     (value as f32).to_bits()
 }
 
-/// What stands still in a world: capsules, and the ground if it is level at height 0.
+/// Returns the colliders of posts and wires, and that of the ground if it is level at height 0.
 fn standing(model: &Model) -> (Vec<ColliderId>, Option<ColliderId>) {
     let fixed = || model.collider_ids().filter(|&id| model.collider(id).owner == Owner::World);
     let is_level = |id: &ColliderId| {

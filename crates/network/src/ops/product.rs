@@ -24,7 +24,7 @@ pub fn multiply(a: &[f32], b: &[f32], c: &mut [f32], Sizes { rows, depth, column
 #[derive(Clone, Copy)]
 pub struct Right<'a> {
     pub numbers: &'a [f32],
-    /// Where the rows of the first matrix start.
+    /// Index of the first number of each row of the first matrix.
     pub starts: &'a [usize],
     pub columns: usize,
     /// Number of matrices, and from each to the next.
@@ -32,7 +32,7 @@ pub struct Right<'a> {
     pub step: usize,
 }
 
-/// What is done with the numbers of a product.
+/// Steps that end a product: a bias, and positive parts.
 #[derive(Clone, Copy, Default)]
 pub struct End<'a> {
     /// Added to the rows, a number for each.

@@ -28,7 +28,7 @@ impl Axis {
     }
 }
 
-/// How the numbers of an image are laid out under windows: in lines as long as the windows reach, pads and all. In a line, places with the same
+/// The arrangement of an image for windows that slide over it: lines as long as the windows reach, pads and all. In a line, places with the same
 /// remainder by the stride stand together, so that the numbers under one place of neighbouring windows stand side by side.
 #[derive(Debug, Clone, Copy)]
 pub struct Layout {
@@ -67,7 +67,7 @@ impl Layout {
         [self.rows, self.columns].iter().all(|axis| axis.stride == 1 && axis.pads == [0, 0])
     }
 
-    /// Where the number under each place of the first window stands.
+    /// Index of the number under each place of the first window.
     pub fn starts(&self) -> impl Iterator<Item = usize> {
         let Self { rows, columns, alike } = *self;
         let down = move |ky: usize| ky * rows.dilation * self.line();
