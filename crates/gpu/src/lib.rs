@@ -196,8 +196,10 @@ pub enum BatchError {
         /// Number of worlds.
         worlds: usize,
     },
-    /// The worlds differ in substep, gravity or rules of breaking.
-    #[error("world {world} has another substep, gravity or rules of breaking than world 0")]
+    /// The worlds differ in substep, gravity, rules of breaking, or posts and wires.
+    #[error(
+        "world {world} has another substep, gravity, rules of breaking, or other posts and wires than world 0"
+    )]
     Rules {
         /// Index of the world.
         world: usize,

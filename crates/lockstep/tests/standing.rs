@@ -22,10 +22,16 @@ fn world() -> World {
     World::new(Arc::new(spec), Arc::new(RobotModel::paper()), 20_250_704, 0).unwrap()
 }
 
-/// Steps a world on the device, and a copy of it alone.
+/// Steps a world on the device, in a lane that a world on uneven ground has had, and a copy of it alone.
 fn step_both(world: &mut World, command: Command, frames: u32) -> Option<(World, Lockstep)> {
     let mut alone = world.clone();
-    let mut together = Lockstep::new(&device()?, std::slice::from_ref(world), 1, 1).unwrap();
+    let mut spec = world.spec().clone();
+    spec.terrain = spec.terrain.with_amplitude(0.05).unwrap();
+    let mut uneven = World::new(Arc::new(spec), Arc::new(world.robot().clone()), 20_250_704, 0).unwrap();
+    let mut together = Lockstep::new(&device()?, std::slice::from_ref(&uneven), 1, 1).unwrap();
+    together.enter(&[(0, &uneven)]).unwrap();
+    let start = uneven.robot().start_command();
+    together.step(&mut [Turn { lane: 0, world: &mut uneven, command: start, is_whole: true }]).unwrap();
     together.enter(&[(0, world)]).unwrap();
     for _ in 0..frames {
         together.step(&mut [Turn { lane: 0, world, command, is_whole: true }]).unwrap();

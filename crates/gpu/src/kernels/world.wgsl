@@ -23,6 +23,8 @@ struct Place {
     segments: u32,
     fruits: u32,
     overlaps: u32,
+    // 1 if the ground is level.
+    ground: u32,
 }
 
 var<private> world_index: u32;
@@ -36,7 +38,7 @@ fn enter_world(index: u32) {
     let b = tables[at + 1u];
     let c = tables[at + 2u];
     let start = bitcast<vec4f>(b);
-    place = Place(a.x, a.y, a.z, a.w, start.xy, vec3f(start.zw, bitcast<f32>(c.x)), c.y, c.z, c.w);
+    place = Place(a.x, a.y, a.z, a.w, start.xy, vec3f(start.zw, bitcast<f32>(c.x)), c.y, c.z, c.w, tables[at + 3u].x);
 }
 
 fn head(field: u32) -> u32 {

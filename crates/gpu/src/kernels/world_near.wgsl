@@ -29,7 +29,7 @@ fn round_of(collider: u32) -> Round {
 
 // Number of the colliders that are tried against those of the robot: wood, fruit, what stands still, the ground.
 fn round_count() -> u32 {
-    return first_solid() + head(HEAD_STILL) + head(HEAD_GROUND);
+    return first_solid() + head(HEAD_STILL) + place.ground;
 }
 
 // Number of one of them among the world's colliders.
@@ -160,7 +160,7 @@ fn keep_pairs(near: u32, number: u32, found: u32) -> u32 {
 // Number of the colliders that stand still, and the ground, that a fruit in the hand may touch; keeps the pairs from a place on, if `keeps`.
 fn near_standing(own: u32, first: u32, keeps: bool) -> u32 {
     var found = 0u;
-    if own >= place.fruits || head(HEAD_STILL) + head(HEAD_GROUND) == 0u {
+    if own >= place.fruits || head(HEAD_STILL) + place.ground == 0u {
         return found;
     }
     let ball = round_of(place.segments + own);
@@ -168,7 +168,7 @@ fn near_standing(own: u32, first: u32, keeps: bool) -> u32 {
         return found;
     }
     let reach = ball.radius + bitcast<f32>(head(HEAD_MARGIN));
-    for (var other = first_still(); other < ground_number() + head(HEAD_GROUND); other++) {
+    for (var other = first_still(); other < ground_number() + place.ground; other++) {
         var distance = ball.p.z;
         if other != ground_number() {
             let one = round_of(other);

@@ -204,8 +204,6 @@ fields! {
         STIFFNESS_OF_FRUIT = 11,
         /// Number of colliders that stand still.
         STILL = 13,
-        /// 1 if the ground is level, at height 0, and met.
-        GROUND = 14,
         /// Number of fields.
         FIELDS = 16,
     }
@@ -230,8 +228,10 @@ fields! {
         FRUITS = 10,
         /// Number of pairs of fruit that have grown into each other.
         OVERLAPS = 11,
+        /// 1 if the ground is level at height 0, which the robot meets.
+        GROUND = 12,
         /// Number of fields.
-        FIELDS = 12,
+        FIELDS = 16,
         /// Largest number of such pairs. Each is two words behind all others: [`pair`], and the depth [m].
         MOST_OVERLAPS = 64,
     }

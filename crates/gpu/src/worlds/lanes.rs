@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use super::meeting::Meeting;
 use super::quads::{Gathered, scatter};
+use super::table::stand_alike;
 use super::told::{Course, News, Question, Told, Wish};
 use super::{SUBSTEP, WorldBatch, check, timed};
 use crate::BatchError;
@@ -114,7 +115,8 @@ impl WorldBatch {
     pub fn fitted(&self, tree: &TreeWorld, x_world_odom: &Pose) -> Result<Option<Fitted>, GpuError> {
         let plant = tree.plant();
         check(plant, x_world_odom).map_err(|why| BatchError::World { world: 0, why })?;
-        if Rules::of(plant) != Rules::of(&self.trees.plants[0]) {
+        let first = &self.trees.plants[0];
+        if Rules::of(plant) != Rules::of(first) || !stand_alike(&plant.model, &first.model) {
             return Err(BatchError::Rules { world: 0 }.into());
         }
         let schedule = self.trees.memory.schedule(tree)?;

@@ -32,7 +32,7 @@ pub use meeting::{ContactPoint, Meeting};
 use pipelines::WorldPass;
 pub(crate) use quads::{scatter, scatter_words};
 pub use table::world_colliders;
-use table::{WorldTable, overlaps};
+use table::{WorldTable, overlaps, stand_alike};
 pub use told::{Course, News, Wish};
 
 /// Largest tilt of an odom frame: its z axis is as near to the vertical as rounding allows.
@@ -41,7 +41,7 @@ const UPRIGHT: f64 = 1e-9;
 /// Worlds on level ground, each with a tree and a robot of one kind, which advance together on a graphics device. The robot touches live wood, hanging fruit, fruit that came in its hand, itself, posts and wires, and level ground by the law of
 /// `orchard_multibody::contact`; wood that it pushes breaks. Their state stays there; only what is asked for is read.
 ///
-/// The air is still. Hanging fruit touch each other where they grow in clusters. The robot touches nothing else: neither fruit that come off here or lie elsewhere, nor broken limbs, nor uneven ground. All worlds have the posts and wires of the first one. The result of a world does not
+/// The air is still. Hanging fruit touch each other where they grow in clusters. The robot touches nothing else: neither fruit that come off here or lie elsewhere, nor broken limbs, nor uneven ground. Posts and wires are the same in all worlds. The result of a world does not
 /// depend on the other worlds or on their number.
 #[derive(Debug)]
 pub struct WorldBatch {
@@ -94,6 +94,9 @@ impl WorldBatch {
             check(tree.plant(), x_world_odom).map_err(|why| BatchError::World { world, why })?;
         }
         let plants: Vec<&Plant> = trees.iter().map(|tree| &**tree.plant()).collect();
+        if let Some(world) = plants.iter().position(|plant| !stand_alike(&plant.model, &plants[0].model)) {
+            return Err(BatchError::Rules { world }.into());
+        }
         let sim = &plants[0].spec.sim;
         let robots = RobotBatch::with_frames(gpu, robot, sim, trees.len() as u32, frames)?;
         let batch = GpuBatch::over_tiles(gpu, trees, Options::default(), Some(&room))?;

@@ -100,7 +100,6 @@ impl WorldTable {
         for (field, value) in [
             (head::COLLIDERS, colliders.len()),
             (head::STILL, still.len()),
-            (head::GROUND, ground.iter().len()),
             (head::DEPTH, depth),
             (head::RECORDS, records / QUAD),
             (head::RECORD, record / QUAD),
@@ -146,15 +145,31 @@ fn bits(value: f64) -> u32 {
     (value as f32).to_bits()
 }
 
-/// Returns the colliders of posts and wires, and that of the ground if it is level at height 0.
+/// Returns the colliders of posts and wires, and that of the ground.
 fn standing(model: &Model) -> (Vec<ColliderId>, Option<ColliderId>) {
     let fixed = || model.collider_ids().filter(|&id| model.collider(id).owner == Owner::World);
-    let is_level = |id: &ColliderId| {
-        let one = model.collider(*id);
-        matches!(one.shape, Shape::HalfSpace) && one.x_owner_shape == Pose::identity()
+    let is_capsule = |id: &ColliderId| matches!(model.collider(*id).shape, Shape::Capsule { .. });
+    (fixed().filter(is_capsule).collect(), fixed().find(|id| !is_capsule(id)))
+}
+
+/// True if two worlds have the same posts and wires.
+pub(super) fn stand_alike(one: &Model, other: &Model) -> bool {
+    let of = |model: &Model| -> Vec<_> {
+        standing(model)
+            .0
+            .into_iter()
+            .map(|id| (of_still(model.collider(id)), model.collider(id).friction))
+            .collect()
     };
-    let capsules = fixed().filter(|&id| matches!(model.collider(id).shape, Shape::Capsule { .. }));
-    (capsules.collect(), fixed().find(is_level))
+    of(one) == of(other)
+}
+
+/// True if the ground of a world is level at height 0.
+fn is_level(model: &Model) -> bool {
+    standing(model).1.is_some_and(|id| {
+        let one = model.collider(id);
+        matches!(one.shape, Shape::HalfSpace) && one.x_owner_shape == Pose::identity()
+    })
 }
 
 /// Colliders of a world's model in the order of their numbers in [`ContactPoint`](super::ContactPoint).
@@ -252,6 +267,7 @@ fn of_world(memory: &Memory, index: usize, plant: &Plant, x_world_odom: &Pose, o
     }
     words[place::SEGMENTS] = plant.tree.len() as u32;
     words[place::FRUITS] = plant.fruit.len() as u32;
+    words[place::GROUND] = u32::from(is_level(&plant.model));
     let word = |row: usize, segment: u32| row as u32 | segment << 16;
     let segments = plant.tree.parent.iter().enumerate();
     words.extend(segments.map(|(segment, parent)| {

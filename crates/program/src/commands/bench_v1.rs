@@ -71,7 +71,7 @@ pub struct Args {
     tasks: Option<Vec<TaskName>>,
     #[command(flatten)]
     run: RunArgs,
-    /// Processor that moves the worlds of harvest and scaling: cpu, or gpu (any Vulkan, Metal or DirectX 12 device; harvest: preset paper). Cameras and
+    /// Processor that moves the worlds of harvest and scaling: cpu, or gpu (any Vulkan, Metal or DirectX 12 device; harvest: in still air). Cameras and
     /// controllers always run on the CPU [default: cpu]
     #[arg(long, value_name = "cpu|gpu")]
     backend: Option<Backend>,
