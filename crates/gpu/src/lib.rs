@@ -196,9 +196,9 @@ pub enum BatchError {
         /// Number of worlds.
         worlds: usize,
     },
-    /// The worlds differ in substep, gravity, rules of breaking, or posts and wires.
+    /// The worlds differ in substep, gravity or rules of breaking, or in posts and wires.
     #[error(
-        "world {world} has another substep, gravity, rules of breaking, or other posts and wires than world 0"
+        "world {world} has another substep, gravity or rules of breaking than world 0, or other posts and wires"
     )]
     Rules {
         /// Index of the world.
