@@ -196,10 +196,14 @@ impl TreeWorld {
         Self::in_state(plant, data)
     }
 
-    /// Returns a copy of this tree in a given state of its model, of its wood and of its fruit.
+    /// Returns a copy of this tree in a given state of its model, of its wood and of its fruit, so many frames after its wind began. In wind the forces of the state are those of the air in the frame before, which are left out.
     #[must_use]
-    pub fn in_state_of(&self, data: Data, rupture: Rupture, fruit: FruitLives) -> Self {
-        Self { rupture, stems: fruit, ..Self::in_state(self.plant.clone(), data) }
+    pub fn in_state_of(&self, mut data: Data, rupture: Rupture, fruit: FruitLives, frame: u32) -> Self {
+        if self.plant.weather.is_some() {
+            data.body_force_world.fill(Vec3::zeros());
+            data.point_force_world.fill(Vec3::zeros());
+        }
+        Self { rupture, stems: fruit, frame, ..Self::in_state(self.plant.clone(), data) }
     }
 
     /// The world as [`Self::new`] builds it: unbroken, every fruit on its stem, in static equilibrium, without external forces.

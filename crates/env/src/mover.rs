@@ -84,7 +84,7 @@ impl Mover {
             #[cfg(feature = "gpu")]
             Backend::Gpu => {
                 let gpu = open_device().map_err(|e| device(&e))?;
-                let samples = orchard_lockstep::samples(std::slice::from_ref(scenario));
+                let samples = orchard_lockstep::samples(scenario);
                 let crews =
                     orchard_lockstep::Lockstep::crews(&gpu, &samples, lanes, CREWS, frames.min(MOST_FRAMES));
                 let (crews, eyes) =

@@ -9,6 +9,7 @@ use wgpu::{
 
 use crate::BatchError;
 use crate::images::pipelines::ImagePipelines;
+use crate::laws::Laws;
 use crate::layout::LANES;
 use crate::pipelines::Pipelines;
 use crate::robots::pipelines::RobotPipelines;
@@ -133,7 +134,7 @@ pub struct Gpu {
     lost: Arc<Mutex<Option<String>>>,
     pipelines: Arc<OnceLock<Arc<Pipelines>>>,
     robot_pipelines: Arc<OnceLock<RobotPipelines>>,
-    world_pipelines: Arc<[OnceLock<WorldPipelines>; 2]>,
+    world_pipelines: Arc<[OnceLock<WorldPipelines>; 4]>,
     quad_pipelines: Arc<OnceLock<QuadPipelines>>,
     image_pipelines: Arc<OnceLock<ImagePipelines>>,
 }
@@ -229,9 +230,10 @@ impl Gpu {
         self.robot_pipelines.get_or_init(|| RobotPipelines::new(&self.device))
     }
 
-    /// Compiled kernels of whole worlds, of fruit on stems that bend or on tethers, shared by all batches of the device.
-    pub(crate) fn world_pipelines(&self, stems: bool) -> &WorldPipelines {
-        self.world_pipelines[usize::from(stems)].get_or_init(|| WorldPipelines::new(&self.device, stems))
+    /// Compiled kernels of whole worlds under the laws of their trees, shared by all batches of the device.
+    pub(crate) fn world_pipelines(&self, laws: Laws) -> &WorldPipelines {
+        let own = usize::from(laws.stems) + 2 * usize::from(laws.wind);
+        self.world_pipelines[own].get_or_init(|| WorldPipelines::new(&self.device, laws))
     }
 
     /// Compiled kernels that move quads.

@@ -68,7 +68,7 @@ impl Laws {
 
     /// These laws in a batch of so many tiles.
     pub fn in_tiles(self, tiles: usize) -> Self {
-        let blows = self.wind && !self.conjugate;
+        let blows = self.wind && !self.conjugate && !self.touched;
         Self {
             air_aside: blows && tiles <= TILES_BESIDE_AIR,
             press_aside: blows && tiles <= TILES_BESIDE_PRESS,

@@ -167,9 +167,8 @@ impl Memory {
             blocks: Vec::new(),
         };
         memory.rules.pushes_each = pushes_each as u32;
-        let weathers = given.iter().filter_map(|world| world.plant().weather.as_ref());
-        let places = weathers.map(|weather| weather.sail().places().p_world().len()).max().unwrap_or(0);
-        memory.rules.fours = places.div_ceil(QUAD) as u32;
+        let fours = given.iter().map(|world| wind::fours(world.plant())).max().unwrap_or(0);
+        memory.rules.fours = fours.max(room.map_or(0, |room| room.fours)) as u32;
         let first = given.first().map(|world| &world.plant().tree.parent);
         let has_one_topology = given.iter().all(|world| Some(&world.plant().tree.parent) == first);
         let tiles = if has_one_topology {
@@ -191,12 +190,10 @@ impl Memory {
     /// Constants, state and operations of a world.
     fn load(&mut self, index: usize, given: &TreeWorld, schedule: &Schedule) {
         let place = self.places[index].clone();
-        let (number, lane) = (place.tile, place.lane);
         let fruit_rows = place.fruit_rows.iter().max().map_or(0, |last| last + 1);
         let numbers = self.lane_numbers(&place, fruit_rows, given, schedule);
         self.put(&place, &numbers);
         let (plant, data) = (given.plant(), given.data());
-        self.load_wind(given, number, lane, &place);
         for (segment, id) in plant.tree.bodies.iter().enumerate() {
             let (force, torque) = (data.body_force_world[id.index()], data.body_torque_world[id.index()]);
             if force != Vec3::zeros() || torque != Vec3::zeros() {

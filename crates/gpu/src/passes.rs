@@ -75,7 +75,8 @@ impl Pass {
             Self::Settle => &[("SETTLES", 1.0)],
             _ => &[],
         };
-        let blows = laws.wind && matches!(self, Self::Frame | Self::Conjugate);
+        let moves = matches!(self, Self::Frame | Self::Conjugate | Self::Inward | Self::Outward);
+        let blows = laws.wind && moves;
         let blowing: &[_] = if blows { &[("BLOWS", 1.0)] } else { &[] };
         [own, &laws.constants(), blowing].concat()
     }

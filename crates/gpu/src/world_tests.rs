@@ -1,6 +1,7 @@
 //! Whole worlds on the device at hand, against the f64 worlds.
 
 mod in_hand;
+mod in_wind;
 mod on_stems;
 mod standing;
 

@@ -6,7 +6,7 @@ use orchard_scenario::Scenario;
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scenario = Scenario::of(&[])?;
     let gpu = Gpu::open(Choice::Any)?;
-    let mut lanes = Lockstep::new(&gpu, &samples(std::slice::from_ref(&scenario)), 1, 1)?;
+    let mut lanes = Lockstep::new(&gpu, &samples(&scenario), 1, 1)?;
     let (trees, mut fit) = (200, 0);
     for index in 0..trees {
         lanes.enter(&[(0, &scenario.world(1, index, 0)?)])?;

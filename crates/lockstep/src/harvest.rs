@@ -1,8 +1,10 @@
 //! The harvest's episodes, many at once.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
-use orchard_gpu::Gpu;
+use orchard_gpu::{Gpu, WorldBatch};
 use orchard_picker::Controller;
 use orchard_robot::Command;
 use orchard_scenario::Scenario;
@@ -10,38 +12,65 @@ use orchard_tasks::harvest::adapter::{Recorded, Simulated};
 use orchard_tasks::harvest::episode::EpisodeKey;
 use orchard_tasks::harvest::{Harvest, WorldFactory};
 use orchard_world::World;
+use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
 
-use crate::lane::{Lockstep, LockstepError};
+use crate::lane::{Lockstep, LockstepError, tree_of};
 use crate::seats::{Seat, Seats};
 use crate::tally::Tally;
 
 /// Seed of the sample worlds, and their number for each scenario: our own choice. They are no worlds of any seed set.
 const SAMPLE_SEED: u64 = 0x006c_616e_6573;
 const SAMPLES: u32 = 16;
+/// Number of them for each condition of a harvest, several of which may share lanes.
+const SAMPLES_OF_A_SHARE: u32 = 8;
 
 /// Largest crew of a harvest, our own choice: a frame of a crew waits for its slowest controller, and one that looks at an image takes many times as long as one that does not
 /// (docs/computation/gpu-world.md has the times of 1,000 worlds in two crews and in eight).
 const CREW: usize = 128;
 
-/// Sample worlds of some scenarios, by which lanes are made ([`Lockstep::new`]). Worlds that cannot be built are left out.
-pub fn samples(scenarios: &[Scenario]) -> Vec<World> {
-    let keys: Vec<_> = scenarios.iter().flat_map(|of| (0..SAMPLES).map(move |index| (of, index))).collect();
-    keys.into_par_iter().filter_map(|(of, index)| of.world(SAMPLE_SEED, index, 0).ok()).collect()
+/// Sample worlds of a scenario, by which lanes are made ([`Lockstep::new`]). Worlds that cannot be built are left out.
+pub fn samples(scenario: &Scenario) -> Vec<World> {
+    sampled(scenario, SAMPLES)
 }
 
-/// Makes the worlds of a harvest, which advance together on a device.
+fn sampled(scenario: &Scenario, count: u32) -> Vec<World> {
+    (0..count).into_par_iter().filter_map(|index| scenario.world(SAMPLE_SEED, index, 0).ok()).collect()
+}
+
+/// A condition of a harvest.
+#[derive(Debug, Clone, Copy)]
+pub struct Share<'a> {
+    /// Its name.
+    pub condition: &'a str,
+    /// What its worlds are drawn from.
+    pub scenario: &'a Scenario,
+    /// Number of its episodes.
+    pub episodes: usize,
+}
+
+/// Conditions whose worlds share lanes.
+struct Kind<'a> {
+    shares: Vec<Share<'a>>,
+    samples: Vec<World>,
+}
+
+/// Makes the worlds of a harvest, which advance together on a device: those of conditions with the same robot and rules in the same lanes.
 #[derive(Debug)]
 pub struct Together {
     harvest: Harvest,
-    seats: Arc<Seats>,
     lanes: usize,
+    /// By condition; none where the device cannot step its worlds.
+    seats: BTreeMap<String, Option<Arc<Seats>>>,
+    refused: Vec<(String, LockstepError)>,
+    /// Frames of worlds without a seat.
+    beside: Arc<AtomicU64>,
 }
 
 /// Error: a harvest cannot run on a device.
 #[derive(Debug, thiserror::Error)]
 pub enum TogetherError {
-    /// The device cannot step the worlds.
+    /// The device has no room for so many lanes, or was lost.
     #[error(transparent)]
     Lockstep(#[from] LockstepError),
     /// The threads cannot be started.
@@ -50,38 +79,102 @@ pub enum TogetherError {
 }
 
 impl Together {
-    /// Shares `lanes` of a device among the episodes of some conditions; `threads` compute beside it.
+    /// Shares lanes of a device among the episodes of some conditions, up to `lanes` for each kind of world; `threads` compute beside it.
     ///
     /// # Errors
-    /// The device cannot step the worlds of a condition, or has no room for so many lanes.
+    /// The device has no room for so many lanes, or was lost.
     pub fn new(
         gpu: &Gpu,
         harvest: Harvest,
-        conditions: &[Scenario],
+        shares: &[Share<'_>],
         lanes: usize,
         threads: usize,
     ) -> Result<Self, TogetherError> {
-        let crews = Lockstep::crews(gpu, &samples(conditions), lanes, lanes.div_ceil(CREW).max(2), 1)?;
-        Ok(Self { harvest, seats: Seats::new(crews, threads)?, lanes })
+        let pool = Arc::new(ThreadPoolBuilder::new().num_threads(threads).build()?);
+        let (mut seats, mut refused) = (BTreeMap::new(), Vec::new());
+        for Kind { shares, samples } in kinds(shares) {
+            let episodes = shares.iter().map(|share| share.episodes).sum::<usize>();
+            let lanes = episodes.min(lanes);
+            let crews = Lockstep::crews(gpu, &samples, lanes, lanes.div_ceil(CREW).max(2), 1);
+            let own = match crews {
+                Ok(crews) => Some(Seats::new(crews, pool.clone())),
+                Err(e) if e.is_of_worlds() => {
+                    refused.extend(shares.iter().map(|share| (share.condition.to_owned(), e.clone())));
+                    None
+                }
+                Err(e) => return Err(e.into()),
+            };
+            seats.extend(shares.iter().map(|share| (share.condition.to_owned(), own.clone())));
+        }
+        Ok(Self { harvest, seats, refused, lanes, beside: Arc::default() })
+    }
+
+    /// Conditions whose worlds the device cannot step, with the reasons: they are computed in f64.
+    pub fn refused(&self) -> &[(String, LockstepError)] {
+        &self.refused
+    }
+
+    /// The seats, those of each kind once.
+    fn kinds(&self) -> impl Iterator<Item = &Arc<Seats>> {
+        let mut seen: Vec<&Arc<Seats>> = Vec::new();
+        for own in self.seats.values().flatten() {
+            if !seen.iter().any(|other| Arc::ptr_eq(own, other)) {
+                seen.push(own);
+            }
+        }
+        seen.into_iter()
     }
 
     /// Counts of all frames so far.
     pub fn tally(&self) -> Tally {
-        self.seats.tally()
+        let all = self.kinds().fold(Tally::default(), |tally, seats| tally.with(&seats.tally()));
+        all.with_refused(self.beside.load(Ordering::Relaxed))
     }
 
     /// Reason for which the device was lost, if it was.
     pub fn lost(&self) -> Option<String> {
-        self.seats.lost()
+        self.kinds().find_map(|seats| seats.lost())
     }
 }
 
-/// A world with its seat.
+/// Gathers conditions whose worlds may share lanes, with samples of each. Conditions none of whose samples can be built have no kind.
+fn kinds<'a>(shares: &[Share<'a>]) -> Vec<Kind<'a>> {
+    let each: Vec<Vec<World>> =
+        shares.par_iter().map(|share| sampled(share.scenario, SAMPLES_OF_A_SHARE)).collect();
+    let mut kinds: Vec<Kind<'a>> = Vec::new();
+    for (share, mut samples) in shares.iter().zip(each) {
+        let Some(first) = samples.first() else { continue };
+        match kinds.iter_mut().find(|kind| may_share(&kind.samples[0], first)) {
+            Some(kind) => {
+                kind.shares.push(*share);
+                kind.samples.append(&mut samples);
+            }
+            None => kinds.push(Kind { shares: vec![*share], samples }),
+        }
+    }
+    kinds
+}
+
+/// True if two worlds may be in lanes of one lockstep.
+fn may_share(one: &World, other: &World) -> bool {
+    one.robot() == other.robot() && WorldBatch::may_share(&tree_of(one), &tree_of(other))
+}
+
+/// A world of an episode.
 #[derive(Debug)]
 pub struct Seated {
     /// `None` only while its frame is computed.
     world: Option<Box<World>>,
-    seat: Seat,
+    spot: Spot,
+}
+
+/// Where a world is computed.
+#[derive(Debug)]
+enum Spot {
+    /// In a lane.
+    Seat(Seat),
+    /// In f64: the device cannot step it. Its frames are counted.
+    Beside(Arc<AtomicU64>),
 }
 
 impl Simulated for Seated {
@@ -95,7 +188,13 @@ impl Simulated for Seated {
 
     /// Advances it with all others.
     fn advance(&mut self, command: &Command) {
-        self.world = self.world.take().map(|world| self.seat.step(world, *command));
+        match &self.spot {
+            Spot::Seat(seat) => self.world = self.world.take().map(|world| seat.step(world, *command)),
+            Spot::Beside(frames) => {
+                frames.fetch_add(1, Ordering::Relaxed);
+                self.world_mut().step(command);
+            }
+        }
     }
 }
 
@@ -105,10 +204,17 @@ impl WorldFactory for Together {
 
     fn build(&self, key: &EpisodeKey) -> Result<(Seated, Self::Controller), String> {
         // The others wait while it grows, so that all start together.
-        let seat = self.seats.take();
+        let seat = self.seats.get(&key.condition).and_then(Option::as_ref).map(Seats::take);
         let (world, controller) = self.harvest.build(key)?;
-        seat.enter(&world).map_err(|e| e.to_string())?;
-        Ok((Seated { world: Some(Box::new(world)), seat }, controller))
+        let spot = match seat {
+            Some(seat) => match seat.enter(&world) {
+                Ok(()) => Spot::Seat(seat),
+                Err(e) if e.is_of_worlds() => Spot::Beside(self.beside.clone()),
+                Err(e) => return Err(e.to_string()),
+            },
+            None => Spot::Beside(self.beside.clone()),
+        };
+        Ok((Seated { world: Some(Box::new(world)), spot }, controller))
     }
 
     fn at_once(&self, _: usize) -> usize {
@@ -116,6 +222,6 @@ impl WorldFactory for Together {
     }
 
     fn failed(&self) -> Option<String> {
-        self.seats.lost()
+        self.lost()
     }
 }

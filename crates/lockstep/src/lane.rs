@@ -15,7 +15,7 @@ use crate::tally::Tally;
 const MORE_ROOM: f64 = 0.4;
 
 /// Error: worlds cannot advance together on a device.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug, Clone, thiserror::Error)]
 pub enum LockstepError {
     /// There is no sample world, or no lane.
     #[error("there are {samples} sample worlds and {lanes} lanes; at least one of each is needed")]
@@ -28,6 +28,13 @@ pub enum LockstepError {
     /// The device refused the worlds, or was lost.
     #[error(transparent)]
     Device(#[from] GpuError),
+}
+
+impl LockstepError {
+    /// True if it is about the worlds: others may advance on the device.
+    pub fn is_of_worlds(&self) -> bool {
+        matches!(self, Self::Device(GpuError::Batch(_)))
+    }
 }
 
 impl From<BatchError> for LockstepError {
@@ -207,7 +214,7 @@ impl Occupant {
 }
 
 /// The tree of a world in its present state.
-fn tree_of(world: &World) -> TreeWorld {
+pub(crate) fn tree_of(world: &World) -> TreeWorld {
     TreeWorld::within(
         world.shared_spec().clone(),
         world.model().clone(),

@@ -33,7 +33,7 @@ mod step;
 mod tally;
 
 pub use eyes::Eyes;
-pub use harvest::{Seated, Together, TogetherError, samples};
+pub use harvest::{Seated, Share, Together, TogetherError, samples};
 pub use lane::{Lockstep, LockstepError};
 pub use orchard_world::{Span, Turn};
 pub use profile::Profile;

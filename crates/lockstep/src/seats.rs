@@ -9,7 +9,7 @@ use orchard_gpu::GpuError;
 use orchard_robot::Command;
 use orchard_world::{Turn, World};
 use rayon::prelude::*;
-use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
+use rayon::ThreadPool;
 
 use crate::lane::{Lockstep, LockstepError};
 use crate::tally::Tally;
@@ -22,7 +22,7 @@ pub struct Seats {
     free: Mutex<Vec<(usize, usize)>>,
     /// Told when a seat is free.
     freed: Condvar,
-    pool: ThreadPool,
+    pool: Arc<ThreadPool>,
 }
 
 /// Seats of one lockstep, whose worlds advance together.
@@ -77,11 +77,8 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Seats {
-    /// Shares locksteps; `threads` compute their frames beside the device.
-    ///
-    /// # Errors
-    /// The threads cannot be started.
-    pub fn new(crews: Vec<Lockstep>, threads: usize) -> Result<Arc<Self>, ThreadPoolBuildError> {
+    /// Shares locksteps; the threads of `pool` compute their frames beside the device. They must not be those that take seats.
+    pub fn new(crews: Vec<Lockstep>, pool: Arc<ThreadPool>) -> Arc<Self> {
         let mut free: Vec<(usize, usize)> = crews
             .iter()
             .enumerate()
@@ -95,8 +92,7 @@ impl Seats {
             let table = Table { lockstep, taken: 0, waits: 0, waiting, lost: None };
             Crew { table: Mutex::new(table), desks: (0..lanes).map(|_| Desk::default()).collect() }
         });
-        let pool = ThreadPoolBuilder::new().num_threads(threads).build()?;
-        Ok(Arc::new(Self { crews: crews.collect(), free: Mutex::new(free), freed: Condvar::new(), pool }))
+        Arc::new(Self { crews: crews.collect(), free: Mutex::new(free), freed: Condvar::new(), pool })
     }
 
     /// Takes a seat, and waits for one if none is free. The others of its crew wait from now on until this thread steps its world or leaves.

@@ -179,7 +179,8 @@ impl Lockstep {
             .par_iter()
             .map(|(lane, world)| {
                 let (data, rupture) = (world.data().clone(), world.rupture().clone());
-                occupant(lanes, *lane).tree.in_state_of(data, rupture, world.fruit_lives().clone())
+                let tree = &occupant(lanes, *lane).tree;
+                tree.in_state_of(data, rupture, world.fruit_lives().clone(), world.frame())
             })
             .collect();
         let fitted: Vec<_> = coming.iter().map(|(lane, _)| occupant(lanes, *lane).fitted.clone()).collect();

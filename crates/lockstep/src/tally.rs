@@ -14,6 +14,8 @@ pub enum Where {
     Here(Stay),
     /// In f64, since the tree is larger than the lanes.
     TooLarge,
+    /// In f64, since the device cannot step such a world.
+    Refused,
     /// In f64, since a fruit has come off or into the hand, or wood has broken, in the midst of a span.
     Changed,
 }
@@ -25,6 +27,7 @@ impl Where {
             Self::Device => "device",
             Self::Here(stay) => stay.name(),
             Self::TooLarge => "large_tree",
+            Self::Refused => "refused",
             Self::Changed => "came_off",
         }
     }
@@ -69,6 +72,15 @@ impl Tally {
         self.free_fruit += others.free_fruit;
         self.contacts_lost += others.contacts_lost;
         self.contacts_unsolved += others.contacts_unsolved;
+        self
+    }
+
+    /// Adds frames of worlds that the device cannot step.
+    #[must_use]
+    pub(crate) fn with_refused(mut self, frames: u64) -> Self {
+        if frames > 0 {
+            *self.frames.entry(Where::Refused.name().to_owned()).or_default() += frames;
+        }
         self
     }
 

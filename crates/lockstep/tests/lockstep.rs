@@ -398,9 +398,12 @@ fn what_a_user_can_get_wrong() {
     let e = Lockstep::new(&gpu, &[], 1, 1).unwrap_err();
     assert!(matches!(e, LockstepError::Empty { samples: 0, lanes: 1 }), "{e}");
     assert!(Lockstep::new(&gpu, &worlds, 0, 1).is_err());
-    let mut windy = Spec::preset(Preset::Calibrated);
+    // Lanes are for worlds of one wind.
+    let mut windy = Spec::paper();
+    windy.wind = Spec::preset(Preset::Calibrated).wind;
     let wind = windy.wind.as_mut().unwrap();
     wind.speed = wind.speed.with_value(6.0).unwrap();
-    let e = Lockstep::new(&gpu, &worlds_of(windy, 1), 1, 1).unwrap_err().to_string();
-    assert!(e.contains("a wind blows (wind)"), "{e}");
+    let windy = worlds_of(windy, 1);
+    let e = Lockstep::new(&gpu, &worlds, 1, 1).unwrap().enter(&[(0, &windy[0])]).unwrap_err();
+    assert!(e.to_string().contains("rules"), "{e}");
 }

@@ -223,7 +223,7 @@ fn joint_law(own: Link, row: u32, bits: u32, time: f32) -> vec3f {
     let inertia = broken.y;
     let rate = length(own.v);
     // The number of the frame in which it broke has 21 bits.
-    let frames = (rules.frame - bitcast<u32>(world(WORLD_MISSED)) - (bits >> STATE_BROKE) - 1u) & (0xffffffffu >> STATE_BROKE);
+    let frames = (own_frame() - (bits >> STATE_BROKE) - 1u) & (0xffffffffu >> STATE_BROKE);
     let age = f32(frames * rules.substeps + substep) * rules.h;
     var ramp = 1.0;
     if rules.friction_ramp_time > 0.0 {

@@ -218,6 +218,14 @@ fn behind_air_at() -> u32 {
     return profiles_at() + select(0u, 13u * rules.fours * LANES, WIND);
 }
 
+// Number of the frame, less those in which the world stood still.
+fn own_frame() -> u32 {
+    if TOUCHES {
+        return rules.frame - bitcast<u32>(world(WORLD_MISSED));
+    }
+    return rules.frame;
+}
+
 fn p_trunk() -> vec3f {
     return vec3f(world(WORLD_P), world(WORLD_P + 1u), world(WORLD_P + 2u));
 }

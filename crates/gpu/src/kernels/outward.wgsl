@@ -116,7 +116,7 @@ fn outward(part: u32, mode: u32) {
     // The air acts anew at the end of a frame, that of the frame before where its motion is stale: here, or on links in workgroups of its own.
     let blows = select(false, mode != ADVANCE, BLOWS);
     let presses = blows && !PRESS_ASIDE;
-    let winds = winds_at(select(rules.frame, rules.frame - 1u, mode == LOOK));
+    let winds = winds_at(own_frame() - select(0u, 1u, mode == LOOK));
     // The next link is read ahead.
     var next = first_ahead(start, end, mode, presses, winds);
     for (var row = start; row < end; row++) {

@@ -6,6 +6,14 @@ fn substep_inward(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation
     let runs = enter_substep(group.x, thread);
     let is_stale = rules.substep == 0u && (bitcast<u32>(world(WORLD_NOTICE)) & NOTICE_STALE) != 0u;
     let warp = thread / LANES;
+    // The air acts from the end of this frame on, that of the frame before where the motion is stale.
+    if BLOWS && runs && rules.substep == 0u {
+        sample_air(warp, TEAM, own_frame());
+        if is_stale {
+            sample_air(warp, TEAM, own_frame() - 1u);
+        }
+    }
+    storageBarrier();
     for (var level = 0u; level <= LEVELS; level++) {
         if runs && is_stale && (level > 0u || warp == 0u) {
             outward(part_of(level, warp), LOOK);

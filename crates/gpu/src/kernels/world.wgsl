@@ -95,8 +95,12 @@ fn work_at(row: u32, field: u32) -> u32 {
     return place.work + (row * (WORK_FIELDS / QUAD) + field / QUAD) * LANES;
 }
 
+// True if a wind blows.
+override WIND: bool = false;
+
 fn fruit_at(row: u32, field: u32) -> u32 {
-    return place.fruit + (row * (select(FRUIT_FIELDS, ROD_FIELDS, STEMS) / QUAD) + field / QUAD) * LANES;
+    let fields = select(FRUIT_FIELDS, ROD_FIELDS, STEMS) + select(0u, PULL_FIELDS, WIND);
+    return place.fruit + (row * (fields / QUAD) + field / QUAD) * LANES;
 }
 
 fn fruit(row: u32, field: u32) -> vec4f {

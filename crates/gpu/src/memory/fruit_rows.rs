@@ -7,7 +7,7 @@ use orchard_multibody::Data;
 
 use super::{Member, Memory, quad_at};
 use crate::laws::Laws;
-use crate::layout::{LANES, UNBOUNDED, fruit, rod};
+use crate::layout::{LANES, UNBOUNDED, fruit, pull, rod};
 use crate::schedule::MOST_FRUIT_ROWS;
 
 /// Mass in a row without fruit, which keeps its inverse finite [kg].
@@ -62,6 +62,10 @@ pub(super) fn numbers(given: &TreeWorld, i: usize) -> Vec<(usize, f64)> {
         (fruit::CAP, f64::from(UNBOUNDED)),
     ];
     let laws = Laws::of(plant);
+    if let Some(weather) = &plant.weather {
+        let of_air = weather.sail().places().of_segment(grown.segment);
+        numbers.push((laws.pull_field() + pull::PLACE, f64::from(f32::from_bits(of_air as u32))));
+    }
     for k in 0..3 {
         let force = data.point_force_world[at][k];
         numbers.push((fruit::FORCE + k, force));

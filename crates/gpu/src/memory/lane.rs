@@ -22,6 +22,8 @@ pub(crate) struct LaneNumbers {
     dampers: Vec<[f32; QUAD]>,
     touches: Vec<[f32; QUAD]>,
     fruit: Vec<[f32; QUAD]>,
+    /// Those of its wind, with their places.
+    winds: Vec<(u32, [f32; QUAD])>,
     worlds: Vec<f32>,
 }
 
@@ -43,7 +45,7 @@ fn field(quads: &mut [[f32; QUAD]], fields: usize, row: usize, field: usize) -> 
 }
 
 impl Memory {
-    /// The numbers of a world at a place, with so many rows of fruit; those of wind and forces from outside lie elsewhere.
+    /// The numbers of a world at a place, with so many rows of fruit; forces from outside lie elsewhere.
     pub(super) fn lane_numbers(
         &self,
         place: &Place,
@@ -60,6 +62,7 @@ impl Memory {
             dampers: vec![[0.0; QUAD]; rows * self.laws.behind_links()[0] / QUAD],
             touches: vec![[0.0; QUAD]; rows * self.laws.touch_fields() / QUAD],
             fruit: vec![[0.0; QUAD]; fruit_rows * of_fruit / QUAD],
+            winds: self.wind_quads(given.plant(), place),
             worlds: vec![0.0; world::FIELDS],
         };
         let (plant, data) = (given.plant(), given.data());
@@ -98,6 +101,7 @@ impl Memory {
             (world::NOTICE, notice::STALE),
             (world::FRUIT, place.fruit_rows.iter().max().map_or(0, |last| last + 1)),
             (world::LINKS, place.rows.len()),
+            (world::BEGAN, self.began(place, given) as usize),
         ] {
             numbers.worlds[at] = f32::from_bits(count as u32);
         }
@@ -163,7 +167,12 @@ impl Memory {
         };
         let of_world = |k: usize| self.world_at(number, k, lane) as u32;
         Scattered {
-            links: [quads(&numbers.links, &of_link), quads(&numbers.dampers, &of_damper)].concat(),
+            links: [
+                quads(&numbers.links, &of_link),
+                quads(&numbers.dampers, &of_damper),
+                numbers.winds.clone(),
+            ]
+            .concat(),
             fruit: quads(&numbers.fruit, &of_fruit),
             touches: quads(&numbers.touches, &of_touch),
             operations: rows.iter().copied().zip(numbers.operations.iter().copied()).collect(),

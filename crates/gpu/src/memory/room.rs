@@ -3,19 +3,19 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use orchard_batch::TreeWorld;
+use orchard_batch::{Plant, TreeWorld};
 use orchard_multibody::Data;
 use rayon::prelude::*;
 
 use super::lane::{LaneNumbers, Scattered, limits};
 use super::rows::rows_of;
-use super::{Memory, Place, fruit_rows, topologies};
+use super::{Memory, Place, fruit_rows, topologies, wind};
 use crate::BatchError;
 use crate::laws::Laws;
 use crate::layout::{LANES, QUAD, link, notice, tile, world};
 use crate::schedule::{MOST_FRUIT_ROWS, PARTS, Schedule, WARPS};
 
-/// Sizes of trees that fit into the same place of a batch: the rows of each part of a schedule, what its passes hand on, and the longest way from a tip to the root.
+/// Sizes of trees that fit into the same place of a batch: the rows of each part of a schedule, what its passes hand on, the places at which it feels the air, and the longest way from a tip to the root.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Room {
     pub(super) parts: [usize; PARTS],
@@ -24,6 +24,8 @@ pub struct Room {
     pub(super) loads: usize,
     pub(super) leaves: usize,
     pub(super) fruit: usize,
+    /// Fours of places at which the air is sampled.
+    pub(super) fours: usize,
     depth: usize,
 }
 
@@ -48,7 +50,7 @@ impl Room {
         let schedules = topologies::schedules(samples, Laws { touched: true, ..laws })?;
         let mut room = Self::default();
         for (sample, schedule) in samples.iter().zip(&schedules) {
-            let own = Self::of(schedule, &sample.plant().tree.parent);
+            let own = Self::of(schedule, sample.plant());
             room.each(&own, |most, size| *most = size.max(*most));
         }
         // The warps of a level have about the same work, and any of them may have the most.
@@ -63,6 +65,7 @@ impl Room {
             loads: 1023,
             leaves: 1023,
             fruit: MOST_FRUIT_ROWS,
+            fours: usize::MAX,
             depth: usize::MAX,
         };
         room.each(&room.clone(), |most, size| *most = (size as f64 * (1.0 + more)).ceil() as usize);
@@ -71,7 +74,7 @@ impl Room {
     }
 
     /// Sizes of a tree.
-    pub(crate) fn of(schedule: &Schedule, parent: &[Option<usize>]) -> Self {
+    pub(crate) fn of(schedule: &Schedule, plant: &Plant) -> Self {
         Self {
             parts: schedule.parts.each_ref().map(Vec::len),
             slots: schedule.slots,
@@ -79,7 +82,8 @@ impl Room {
             loads: schedule.loads,
             leaves: schedule.leaves,
             fruit: schedule.fruit.len(),
-            depth: depth(parent),
+            fours: wind::fours(plant),
+            depth: depth(&plant.tree.parent),
         }
     }
 
@@ -98,6 +102,7 @@ impl Room {
             (&mut self.loads, other.loads),
             (&mut self.leaves, other.leaves),
             (&mut self.fruit, other.fruit),
+            (&mut self.fours, other.fours),
             (&mut self.depth, other.depth),
         ] {
             with(own, other);
@@ -217,9 +222,12 @@ impl Memory {
             }
             sent.fruit.extend((first..).step_by(LANES).map(|at| at as u32).zip(quads));
         }
-        for (field, count) in [(world::STOPPED, 0), (world::NOTICE, notice::STALE)] {
+        let began = self.began(&place, given);
+        for (field, bits) in
+            [(world::STOPPED, 0), (world::NOTICE, notice::STALE as u32), (world::BEGAN, began)]
+        {
             let at = self.world_at(number, field, lane);
-            self.worlds[at] = f32::from_bits(count as u32);
+            self.worlds[at] = f32::from_bits(bits);
         }
         sent
     }
@@ -241,9 +249,9 @@ impl Memory {
     }
 
     /// Fields of a world that [`Self::resume`] sets: their places in the worlds' buffer, with their bits.
-    pub fn flags_of(&self, index: usize) -> [(usize, u32); 2] {
+    pub fn flags_of(&self, index: usize) -> [(usize, u32); 3] {
         let place = &self.places[index];
-        [world::STOPPED, world::NOTICE].map(|field| {
+        [world::STOPPED, world::NOTICE, world::BEGAN].map(|field| {
             let at = self.world_at(place.tile, field, place.lane);
             (at, self.worlds[at].to_bits())
         })

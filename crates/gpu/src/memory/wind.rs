@@ -2,64 +2,63 @@
 
 use std::f64::consts::TAU;
 
-use orchard_batch::TreeWorld;
+use orchard_batch::{Plant, TreeWorld};
 use orchard_geometry::math;
 
 use super::{Memory, Place};
-use crate::layout::{QUAD, air, link, pull, tile, wave, world};
+use crate::layout::{QUAD, air, link, tile, wave};
 use crate::schedule::PARTS;
 
+/// Fours of places at which a tree samples the air; none in still air.
+pub(super) fn fours(plant: &Plant) -> usize {
+    plant.weather.as_ref().map_or(0, |weather| weather.sail().places().p_world().len().div_ceil(QUAD))
+}
+
 impl Memory {
-    /// Places and drag areas of a world's links and fruit, and the waves of its gusts; nothing in still air.
-    pub(super) fn load_wind(&mut self, given: &TreeWorld, number: usize, lane: usize, place: &Place) {
-        let plant = given.plant();
-        let Some(weather) = &plant.weather else { return };
+    /// Places and drag areas of a world's links, and the waves of its gusts, with their places in the buffer of links, both in quads; nothing in still air.
+    pub(super) fn wind_quads(&self, plant: &Plant, place: &Place) -> Vec<(u32, [f32; QUAD])> {
+        let Some(weather) = &plant.weather else { return Vec::new() };
         let (wind, places) = (weather.wind(), weather.sail().places());
-        let place_of = |segment| f32::from_bits(places.of_segment(segment) as u32);
-        let of_tile = self.header(number, tile::STARTS + PARTS);
+        let of_tile = self.header(place.tile, tile::STARTS + PARTS);
+        let at = |field| (self.behind_links_at(place.tile, field, place.lane) / QUAD) as u32;
         let airs = of_tile * (link::FIELDS + self.laws.behind_links()[0]);
+        let mut quads = Vec::new();
         for (segment, row) in place.rows.iter().enumerate() {
             let [wood, leaves] = weather.sail().of(segment);
             let per_mass = 1.0 / plant.model.body(plant.tree.bodies[segment]).inertia.mass;
-            for (field, value) in [
-                (air::WOOD, wood as f32),
-                (air::LEAVES, leaves as f32),
-                (air::PER_MASS, per_mass as f32),
-                (air::PLACE, place_of(segment)),
-            ] {
-                let at = self.behind_links_at(number, airs + row * air::FIELDS + field, lane);
-                self.links[at] = value;
-            }
+            let of_air = f32::from_bits(places.of_segment(segment) as u32);
+            let own = [wood as f32, leaves as f32, per_mass as f32, of_air];
+            quads.push((at(airs + row * air::FIELDS + air::WOOD), own));
         }
         let waves = airs + of_tile * air::FIELDS;
         let stride = wave::FIELDS + 2 * QUAD * self.rules.fours as usize;
+        let fours = places.p_world().chunks(QUAD);
         for (k, of_wave) in wind.waves().enumerate() {
             let back = of_wave.turns_back(&wind.mean(), plant.spec.sim.frame());
-            let mut numbers = vec![(wave::BACK, f32::from_bits(back))];
-            for axis in 0..3 {
-                numbers.push((wave::COSINE + axis, of_wave.cosine[axis] as f32));
-                numbers.push((wave::SINE + axis, of_wave.sine[axis] as f32));
-            }
-            for (n, p_world) in places.p_world().iter().enumerate() {
-                let (sine, cosine) = math::sin_cos(TAU * of_wave.turns_at(p_world));
-                let at = wave::FIELDS + 2 * QUAD * (n / QUAD) + n % QUAD;
-                numbers.extend([(at, cosine as f32), (at + QUAD, sine as f32)]);
-            }
-            for (field, value) in numbers {
-                let at = self.behind_links_at(number, waves + k * stride + field, lane);
-                self.links[at] = value;
+            let [c, s] = [of_wave.cosine, of_wave.sine].map(|along| along.map(|x| x as f32));
+            let first = waves + k * stride;
+            quads.push((at(first + wave::COSINE), [c.x, c.y, c.z, f32::from_bits(back)]));
+            quads.push((at(first + wave::SINE), [s.x, s.y, s.z, 0.0]));
+            for (n, four) in fours.clone().enumerate() {
+                let (mut sines, mut cosines) = ([0.0; QUAD], [0.0; QUAD]);
+                for (p_world, own) in four.iter().zip(sines.iter_mut().zip(&mut cosines)) {
+                    let (sine, cosine) = math::sin_cos(TAU * of_wave.turns_at(p_world));
+                    (*own.0, *own.1) = (sine as f32, cosine as f32);
+                }
+                let phases = first + wave::FIELDS + 2 * QUAD * n;
+                quads.extend([(at(phases), cosines), (at(phases + QUAD), sines)]);
             }
         }
-        for (n, p_world) in places.p_world().iter().enumerate() {
-            let profile = waves + self.rules.waves as usize * stride + n;
-            let at = self.behind_links_at(number, profile, lane);
-            self.links[at] = wind.profile(p_world.z) as f32;
+        for (n, four) in fours.enumerate() {
+            let mut profile = [0.0; QUAD];
+            four.iter().zip(&mut profile).for_each(|(p, own)| *own = wind.profile(p.z) as f32);
+            quads.push((at(waves + self.rules.waves as usize * stride + n * QUAD), profile));
         }
-        for (fruit, &row) in plant.fruit.fruit.iter().zip(&*place.fruit_rows) {
-            let at = self.fruit_at(number, row, self.laws.pull_field() + pull::PLACE, lane);
-            self.fruit[at] = place_of(fruit.segment);
-        }
-        let at = self.world_at(number, world::BEGAN, lane);
-        self.worlds[at] = f32::from_bits(given.frame().wrapping_neg());
+        quads
+    }
+
+    /// Frame before the first one of a world's wind, by the count of its own frames in this batch, as bits.
+    pub(super) fn began(&self, place: &Place, given: &TreeWorld) -> u32 {
+        self.rules.frame.wrapping_sub(place.missed).wrapping_sub(given.frame())
     }
 }

@@ -57,7 +57,7 @@ impl Grip {
     fn plant(&mut self) {
         let Self { tree, world, .. } = &*self;
         let (data, rupture) = (world.data().clone(), world.rupture().clone());
-        let tree = tree.in_state_of(data, rupture, world.fruit_lives().clone());
+        let tree = tree.in_state_of(data, rupture, world.fruit_lives().clone(), world.frame());
         let x_world_odom = self.world.x_world_start();
         let tenant = Tenant {
             lane: 0,

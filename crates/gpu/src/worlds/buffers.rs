@@ -66,7 +66,7 @@ impl WorldBuffers {
                 .zip(resources)
                 .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
                 .collect();
-            let layout = &gpu.world_pipelines(trees.memory.laws.stems).bindings;
+            let layout = &gpu.world_pipelines(trees.memory.laws).bindings;
             gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: None,
                 layout,

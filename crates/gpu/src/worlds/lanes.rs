@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use orchard_batch::{StemMotion, TreeWorld};
+use orchard_batch::{Plant, StemMotion, TreeWorld};
 use orchard_geometry::{Pose, Vec3};
 use orchard_multibody::{Data, Model};
 use orchard_robot::{RobotHandle, RobotModel, SetPoints};
@@ -17,6 +17,7 @@ use crate::BatchError;
 use crate::batch::encode_each;
 use crate::clock::Clock;
 use crate::device::{Gpu, GpuError};
+use crate::laws::Laws;
 use crate::layout::{QUAD, meeting, robot, system};
 use crate::memory::{Room, Scattered};
 use crate::robots::exchange::set_points;
@@ -72,6 +73,12 @@ const ROBOTS: usize = 1;
 const DRIVE: usize = 2 * robot::DOFS;
 const ROBOT: usize = robot::FIELDS / QUAD;
 
+fn are_alike(one: &Plant, other: &Plant) -> bool {
+    Rules::of(one) == Rules::of(other)
+        && Laws::of(one) == Laws::of(other)
+        && stand_alike(&one.model, &other.model)
+}
+
 impl WorldBatch {
     /// Creates lanes, all empty, for worlds like a sample, whose trees have no more than a size, and that take at most so many frames at a time. [`Self::plant`] puts worlds into them. Then the device computes motion and contacts; breaking of wood and detachment of fruit
     /// are left to the caller, who gives the worlds their next frames ([`Self::advance_lanes`]) and reads the motion that came of them ([`Self::fetch`]).
@@ -88,7 +95,7 @@ impl WorldBatch {
     ) -> Result<Self, GpuError> {
         let trees = vec![sample.clone(); lanes];
         let starts = vec![Pose::identity(); lanes];
-        let motion = crate::laws::Laws::of(sample.plant()).fruit_motion().len();
+        let motion = Laws::of(sample.plant()).fruit_motion().len();
         let each = [room.links(), room.fruit(), motion, frames];
         let mut batch = Self::in_room(gpu, &trees, robot, &starts, room, frames)?;
         let (of_trees, meetings) = (&batch.trees.buffers, &batch.buffers.meetings);
@@ -108,6 +115,11 @@ impl WorldBatch {
         Ok(batch)
     }
 
+    /// True if two worlds with the same robot may be in lanes of one batch: they have the same rules, and the same posts and wires.
+    pub fn may_share(one: &TreeWorld, other: &TreeWorld) -> bool {
+        are_alike(one.plant(), other.plant())
+    }
+
     /// The order of the links of a tree; `None` if the lanes have no room for it.
     ///
     /// # Errors
@@ -115,12 +127,11 @@ impl WorldBatch {
     pub fn fitted(&self, tree: &TreeWorld, x_world_odom: &Pose) -> Result<Option<Fitted>, GpuError> {
         let plant = tree.plant();
         check(plant, x_world_odom).map_err(|why| BatchError::World { world: 0, why })?;
-        let first = &self.trees.plants[0];
-        if Rules::of(plant) != Rules::of(first) || !stand_alike(&plant.model, &first.model) {
+        if !are_alike(plant, &self.trees.plants[0]) {
             return Err(BatchError::Rules { world: 0 }.into());
         }
         let schedule = self.trees.memory.schedule(tree)?;
-        let size = Room::of(&schedule, &plant.tree.parent);
+        let size = Room::of(&schedule, plant);
         Ok(self.room.holds(&size).then_some(Fitted(schedule)))
     }
 

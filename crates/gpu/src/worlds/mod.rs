@@ -41,7 +41,7 @@ const UPRIGHT: f64 = 1e-9;
 /// Worlds on level ground, each with a tree and a robot of one kind, which advance together on a graphics device. The robot touches live wood, hanging fruit, fruit that came in its hand, itself, posts and wires, and level ground by the law of
 /// `orchard_multibody::contact`; wood that it pushes breaks. Their state stays there; only what is asked for is read.
 ///
-/// The air is still. Hanging fruit touch each other where they grow in clusters. The robot touches nothing else: neither fruit that come off here or lie elsewhere, nor broken limbs, nor uneven ground. Posts and wires are the same in all worlds. The result of a world does not
+/// The wind of each world blows on wood and hanging fruit. Hanging fruit touch each other where they grow in clusters. The robot touches nothing else: neither fruit that come off here or lie elsewhere, nor broken limbs, nor uneven ground. Posts and wires are the same in all worlds. The result of a world does not
 /// depend on the other worlds or on their number.
 #[derive(Debug)]
 pub struct WorldBatch {
@@ -170,7 +170,7 @@ impl WorldBatch {
 
     /// Dispatches a pass with the rules at an offset in their buffer, and the commands of a frame of those that were sent.
     fn dispatch(&self, pass: &mut wgpu::ComputePass<'_>, rules: u32, kind: WorldPass, frame: usize) {
-        let pipelines = self.gpu.world_pipelines(self.trees.memory.laws.stems);
+        let pipelines = self.gpu.world_pipelines(self.trees.memory.laws);
         let worlds = self.len() as u32;
         let blocks = worlds.div_ceil(LANES as u32);
         let (pipeline, groups) = match kind {
@@ -311,7 +311,6 @@ fn timed(clock: &mut Option<Clock>) -> Timed<'_, WorldPass> {
 fn check(plant: &Plant, x_world_odom: &Pose) -> Result<(), &'static str> {
     let up = x_world_odom.rotation * Vec3::z();
     for (refused, why) in [
-        (plant.weather.is_some(), "a wind blows (wind)"),
         (overlaps(plant).count() > place::MOST_OVERLAPS, "too many of its fruit have grown into each other"),
         (!(up - Vec3::z()).norm().le(&UPRIGHT), "its odom frame is tilted or not finite"),
         (!x_world_odom.translation.vector.iter().all(|x| x.is_finite()), "its odom frame is not finite"),

@@ -2,6 +2,7 @@
 
 use wgpu::{BufferBindingType, ComputePipeline};
 
+use crate::laws::Laws;
 use crate::pipelines::{Kernels, Pass};
 use crate::shader;
 
@@ -33,6 +34,9 @@ impl WorldPass {
     }
 }
 
+/// Constants of the trees' laws that these kernels know.
+const LAWS: [&str; 2] = ["STEMS", "WIND"];
+
 /// Compiled kernels of whole worlds, but for those of their trees.
 #[derive(Debug)]
 pub(crate) struct WorldPipelines {
@@ -45,11 +49,13 @@ pub(crate) struct WorldPipelines {
 }
 
 impl WorldPipelines {
-    /// Compiles the kernels, for fruit on stems that bend or on tethers.
-    pub fn new(device: &wgpu::Device, stems: bool) -> Self {
+    /// Compiles the kernels for the laws of the trees: fruit on stems that bend or on tethers, in wind or not.
+    pub fn new(device: &wgpu::Device, laws: Laws) -> Self {
         let read = (BufferBindingType::Storage { read_only: true }, false);
         let written = (BufferBindingType::Storage { read_only: false }, false);
-        let constants: &[(&str, f64)] = if stems { &[("STEMS", 1.0)] } else { &[] };
+        let own = laws.constants();
+        let constants: Vec<_> = own.into_iter().filter(|(name, _)| LAWS.contains(name)).collect();
+        let constants = &constants[..];
         // Robot, commands, robots; rules; tables, meetings; works, fruit, worlds.
         let [robot, rules] = [false, true].map(|has_offset| (BufferBindingType::Uniform, has_offset));
         let buffers = [robot, read, written, rules, read, written, written, written, written];

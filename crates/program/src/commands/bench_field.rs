@@ -23,9 +23,12 @@ wind         3, 6, 9 m/s\n  \
 slope        5, 10 deg; terrain, foliage and fruit as in bench-v1\n  \
 odometry     slip of 0.01, 0.05, 0.1, with drift; joint-noise: 0.1, 0.5 deg\n  \
 camera-delay 0.1, 0.3 s; command-delay: 0.05, 0.1 s\n\n\
+--backend gpu moves the worlds on a graphics device, in f32; worlds that it cannot step are\n\
+computed in f64, and a line tells why.\n\n\
 Examples:\n  orchard bench-field --controller expert\n  \
 orchard bench-field --profile full --controller expert --seeds field-v1      an official score\n  \
 orchard bench-field --conditions wind,calibrated --seeds 1,2 --trees 4 --out results/mine\n  \
+orchard bench-field --conditions populations,wind --seeds 5 --trees 20 --backend gpu\n  \
 orchard bench-field --profile full --shard 3/8 --out parts/3                 one part of eight, then orchard merge"
 )]
 pub struct Args {

@@ -71,13 +71,6 @@ pub struct Args {
     tasks: Option<Vec<TaskName>>,
     #[command(flatten)]
     run: RunArgs,
-    /// Processor that moves the worlds of harvest and scaling: cpu, or gpu (any Vulkan, Metal or DirectX 12 device; harvest: in still air). Cameras and
-    /// controllers always run on the CPU [default: cpu]
-    #[arg(long, value_name = "cpu|gpu")]
-    backend: Option<Backend>,
-    /// Episodes of the harvest that advance together on a graphics device [default: all, at most 512]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16384))]
-    lanes: Option<u32>,
 }
 
 /// Options of a run of either benchmark.
@@ -109,6 +102,13 @@ pub struct RunArgs {
     record: bool,
     #[command(flatten)]
     scenario: ScenarioArgs,
+    /// Processor that moves the worlds of harvest and scaling: cpu, or gpu (any Vulkan, Metal or DirectX 12 device). Cameras and
+    /// controllers always run on the CPU [default: cpu]
+    #[arg(long, value_name = "cpu|gpu")]
+    backend: Option<Backend>,
+    /// Episodes of the harvest that advance together on a graphics device [default: all, at most 512]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16384))]
+    lanes: Option<u32>,
     /// Threads [default: as many as the machine has]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     threads: Option<u32>,
@@ -124,7 +124,7 @@ pub struct RunArgs {
 impl RunArgs {
     /// The harvest alone.
     pub fn of_harvest(self) -> Args {
-        Args { tasks: Some(vec![TaskName::Harvest]), run: self, backend: None, lanes: None }
+        Args { tasks: Some(vec![TaskName::Harvest]), run: self }
     }
 }
 
@@ -251,7 +251,7 @@ pub fn run_benchmark(args: &Args, benchmark: Benchmark, program: &Program) -> Re
     let plans = plans::plans(args, &scenario)?;
     let out = args.run.out.clone().unwrap_or_else(|| plans::default_out(args, benchmark));
     let threads = threads.map_or_else(default_threads, |threads| threads as usize);
-    let way = way::Way { record, lanes: args.lanes.map(|lanes| lanes as usize), threads };
+    let way = way::Way { record, lanes: args.run.lanes.map(|lanes| lanes as usize), threads };
     let tasks = plans.iter().map(|plan| plans::task(plan, &scenario, &out, Some(way)));
     let tasks = tasks.collect::<Result<Vec<_>, Failure>>()?;
     // A missing device is reported before the first task starts.

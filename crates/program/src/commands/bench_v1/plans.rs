@@ -32,7 +32,7 @@ pub fn plans(args: &Args, scenario: &Scenario) -> Result<Vec<TaskPlan>, Failure>
         }
         plans.push(match task {
             TaskName::Harvest => {
-                let backend = args.backend.unwrap_or_default();
+                let backend = args.run.backend.unwrap_or_default();
                 let extent = extent(args, &harvest, &trees).map_err(Failure::BadInput)?;
                 TaskPlan::Harvest { extent, backend }
             }
@@ -41,7 +41,7 @@ pub fn plans(args: &Args, scenario: &Scenario) -> Result<Vec<TaskPlan>, Failure>
             TaskName::Gentle => TaskPlan::Gentle { trees: trees.clone() },
             TaskName::Scaling => TaskPlan::Scaling {
                 profile: args.run.profile.name().to_owned(),
-                backend: match args.backend {
+                backend: match args.run.backend {
                     Some(backend) => backend,
                     None => ScalingRules::of(protocol)?.backend,
                 },
@@ -131,7 +131,7 @@ pub fn default_out(args: &Args, benchmark: Benchmark) -> PathBuf {
     if let Some(Seeds::Set(set)) = args.run.seeds.as_ref().filter(|seeds| seeds.is_official()) {
         add(set.name());
     }
-    if args.backend == Some(Backend::Gpu) {
+    if args.run.backend == Some(Backend::Gpu) {
         add(Backend::Gpu.name());
     }
     if let Some(conditions) = &args.run.conditions {
@@ -157,7 +157,7 @@ fn tasks(args: &Args) -> Vec<TaskName> {
         // Timings belong to one machine, so the task cannot be split into parts.
         TaskName::Scaling if is_part(args) => false,
         TaskName::Detect | TaskName::ReachAndGrasp | TaskName::Gentle
-            if args.backend == Some(Backend::Gpu) =>
+            if args.run.backend == Some(Backend::Gpu) =>
         {
             false
         }
@@ -184,8 +184,8 @@ fn check_options(args: &Args) -> Result<(), String> {
             &[Harvest, ReachAndGrasp, Gentle],
             "the tasks harvest, reach-and-grasp and gentle",
         ),
-        ("--backend", args.backend.is_some(), &[Harvest, Scaling], "the tasks harvest and scaling"),
-        ("--lanes", args.lanes.is_some(), &[Harvest], "the task harvest"),
+        ("--backend", args.run.backend.is_some(), &[Harvest, Scaling], "the tasks harvest and scaling"),
+        ("--lanes", args.run.lanes.is_some(), &[Harvest], "the task harvest"),
     ];
     let run = tasks(args);
     for (option, given, tasks, names) in options {
@@ -193,7 +193,7 @@ fn check_options(args: &Args) -> Result<(), String> {
             return Err(format!("{option} applies to {names}, which --tasks does not include"));
         }
     }
-    if args.lanes.is_some() && args.backend != Some(Backend::Gpu) {
+    if args.run.lanes.is_some() && args.run.backend != Some(Backend::Gpu) {
         return Err("--lanes applies to --backend gpu alone".to_owned());
     }
     if is_part(args) && run.contains(&Scaling) {

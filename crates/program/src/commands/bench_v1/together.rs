@@ -1,14 +1,15 @@
 //! The harvest task on a graphics device: many episodes advance together.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use orchard_bench::store::Store;
 use orchard_gpu::{Choice, Gpu};
-use orchard_lockstep::{Together, TogetherError};
+use orchard_lockstep::{Share, Together, TogetherError};
 use orchard_scenario::Scenario;
 use orchard_tasks::harvest::command_log::CommandLogs;
 use orchard_tasks::harvest::episode::EpisodeRecord;
-use orchard_tasks::harvest::plan::Plan;
+use orchard_tasks::harvest::plan::{Condition, Plan};
 use orchard_tasks::harvest::summary::Summary;
 use orchard_tasks::harvest::{Episodes, Extent};
 use orchard_tasks::plan_file::Backend;
@@ -38,16 +39,28 @@ impl OnDevice {
         }
         let inner = Harvesting::new(scenario, extent, Backend::Gpu, out, false)?;
         let (harvest, plan) = (inner.harvest().clone(), inner.plan().clone());
-        let conditions = plan.conditions.iter().map(|condition| harvest.scenario_of(&condition.name));
-        let conditions = conditions.collect::<Result<Vec<_>, _>>()?;
+        let name = |condition: &Condition| condition.name.clone();
+        let scenarios = plan.conditions.iter().map(|own| Ok((name(own), harvest.scenario_of(&own.name)?)));
+        let scenarios = scenarios.collect::<Result<Vec<_>, Failure>>()?;
+        let mut episodes: BTreeMap<String, usize> = BTreeMap::new();
+        for key in plan.episodes() {
+            *episodes.entry(key.condition).or_default() += 1;
+        }
+        let shares: Vec<Share<'_>> = scenarios
+            .iter()
+            .map(|(condition, scenario)| Share { condition, scenario, episodes: episodes[condition] })
+            .collect();
         let lanes = way.lanes.unwrap_or(LANES).min(plan.episodes().len());
         let gpu = Gpu::open(Choice::Any).map_err(|e| Failure::Failed(format!("--backend gpu: {e}")))?;
         say!("harvest on {}: up to {lanes} episodes at once", gpu.info().name);
-        let together = Together::new(&gpu, harvest, &conditions, lanes, way.threads);
+        let together = Together::new(&gpu, harvest, &shares, lanes, way.threads);
         let together = together.map_err(|e| match e {
             TogetherError::Lockstep(e) => Failure::BadInput(format!("--backend gpu: {e}")),
             TogetherError::Threads(e) => Failure::Failed(e.to_string()),
         })?;
+        for (condition, why) in together.refused() {
+            say!("{condition} is computed in f64: {why}");
+        }
         Ok(Self { inner, plan, together, logs: CommandLogs::new(out) })
     }
 }
