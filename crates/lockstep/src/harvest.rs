@@ -1,183 +1,39 @@
 //! The harvest's episodes, many at once.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
 
-use orchard_gpu::{Gpu, WorldBatch};
 use orchard_picker::Controller;
 use orchard_robot::Command;
-use orchard_scenario::Scenario;
 use orchard_tasks::harvest::adapter::{Recorded, Simulated};
 use orchard_tasks::harvest::episode::EpisodeKey;
 use orchard_tasks::harvest::{Harvest, WorldFactory};
 use orchard_world::World;
-use rayon::ThreadPoolBuilder;
-use rayon::prelude::*;
 
-use crate::lane::{Lockstep, LockstepError, tree_of};
-use crate::seats::{Seat, Seats};
-use crate::tally::Tally;
+use crate::berths::{Berth, Berths};
 
-/// Seed of the sample worlds, and their number for each scenario: our own choice. They are no worlds of any seed set.
-const SAMPLE_SEED: u64 = 0x006c_616e_6573;
-const SAMPLES: u32 = 16;
-/// Number of them for each condition of a harvest, several of which may share lanes.
-const SAMPLES_OF_A_SHARE: u32 = 8;
-
-/// Largest crew of a harvest, our own choice: a frame of a crew waits for its slowest controller, and one that looks at an image takes many times as long as one that does not
-/// (docs/computation/gpu-world.md has the times of 1,000 worlds in two crews and in eight).
-const CREW: usize = 128;
-
-/// Sample worlds of a scenario, by which lanes are made ([`Lockstep::new`]). Worlds that cannot be built are left out.
-pub fn samples(scenario: &Scenario) -> Vec<World> {
-    sampled(scenario, SAMPLES)
-}
-
-fn sampled(scenario: &Scenario, count: u32) -> Vec<World> {
-    (0..count).into_par_iter().filter_map(|index| scenario.world(SAMPLE_SEED, index, 0).ok()).collect()
-}
-
-/// A condition of a harvest.
-#[derive(Debug, Clone, Copy)]
-pub struct Share<'a> {
-    /// Its name.
-    pub condition: &'a str,
-    /// What its worlds are drawn from.
-    pub scenario: &'a Scenario,
-    /// Number of its episodes.
-    pub episodes: usize,
-}
-
-/// Conditions whose worlds share lanes.
-struct Kind<'a> {
-    shares: Vec<Share<'a>>,
-    samples: Vec<World>,
-}
-
-/// Makes the worlds of a harvest, which advance together on a device: those of conditions with the same robot and rules in the same lanes.
+/// Makes the worlds of a harvest, which advance together on a device.
 #[derive(Debug)]
 pub struct Together {
     harvest: Harvest,
-    lanes: usize,
-    /// By condition; none where the device cannot step its worlds.
-    seats: BTreeMap<String, Option<Arc<Seats>>>,
-    refused: Vec<(String, LockstepError)>,
-    /// Frames of worlds without a seat.
-    beside: Arc<AtomicU64>,
-}
-
-/// Error: a harvest cannot run on a device.
-#[derive(Debug, thiserror::Error)]
-pub enum TogetherError {
-    /// The device has no room for so many lanes, or was lost.
-    #[error(transparent)]
-    Lockstep(#[from] LockstepError),
-    /// The threads cannot be started.
-    #[error("cannot start threads: {0}")]
-    Threads(#[from] rayon::ThreadPoolBuildError),
+    berths: Arc<Berths>,
 }
 
 impl Together {
-    /// Shares lanes of a device among the episodes of some conditions, up to `lanes` for each kind of world; `threads` compute beside it.
-    ///
-    /// # Errors
-    /// The device has no room for so many lanes, or was lost.
-    pub fn new(
-        gpu: &Gpu,
-        harvest: Harvest,
-        shares: &[Share<'_>],
-        lanes: usize,
-        threads: usize,
-    ) -> Result<Self, TogetherError> {
-        let pool = Arc::new(ThreadPoolBuilder::new().num_threads(threads).build()?);
-        let (mut seats, mut refused) = (BTreeMap::new(), Vec::new());
-        for Kind { shares, samples } in kinds(shares) {
-            let episodes = shares.iter().map(|share| share.episodes).sum::<usize>();
-            let lanes = episodes.min(lanes);
-            let crews = Lockstep::crews(gpu, &samples, lanes, lanes.div_ceil(CREW).max(2), 1);
-            let own = match crews {
-                Ok(crews) => Some(Seats::new(crews, pool.clone())),
-                Err(e) if e.is_of_worlds() => {
-                    refused.extend(shares.iter().map(|share| (share.condition.to_owned(), e.clone())));
-                    None
-                }
-                Err(e) => return Err(e.into()),
-            };
-            seats.extend(shares.iter().map(|share| (share.condition.to_owned(), own.clone())));
-        }
-        Ok(Self { harvest, seats, refused, lanes, beside: Arc::default() })
+    /// Lets the episodes of a harvest take berths, by their conditions.
+    pub fn new(harvest: Harvest, berths: Arc<Berths>) -> Self {
+        Self { harvest, berths }
     }
-
-    /// Conditions whose worlds the device cannot step, with the reasons: they are computed in f64.
-    pub fn refused(&self) -> &[(String, LockstepError)] {
-        &self.refused
-    }
-
-    /// The seats, those of each kind once.
-    fn kinds(&self) -> impl Iterator<Item = &Arc<Seats>> {
-        let mut seen: Vec<&Arc<Seats>> = Vec::new();
-        for own in self.seats.values().flatten() {
-            if !seen.iter().any(|other| Arc::ptr_eq(own, other)) {
-                seen.push(own);
-            }
-        }
-        seen.into_iter()
-    }
-
-    /// Counts of all frames so far.
-    pub fn tally(&self) -> Tally {
-        let all = self.kinds().fold(Tally::default(), |tally, seats| tally.with(&seats.tally()));
-        all.with_refused(self.beside.load(Ordering::Relaxed))
-    }
-
-    /// Reason for which the device was lost, if it was.
-    pub fn lost(&self) -> Option<String> {
-        self.kinds().find_map(|seats| seats.lost())
-    }
-}
-
-/// Gathers conditions whose worlds may share lanes, with samples of each. Conditions none of whose samples can be built have no kind.
-fn kinds<'a>(shares: &[Share<'a>]) -> Vec<Kind<'a>> {
-    let each: Vec<Vec<World>> =
-        shares.par_iter().map(|share| sampled(share.scenario, SAMPLES_OF_A_SHARE)).collect();
-    let mut kinds: Vec<Kind<'a>> = Vec::new();
-    for (share, mut samples) in shares.iter().zip(each) {
-        let Some(first) = samples.first() else { continue };
-        match kinds.iter_mut().find(|kind| may_share(&kind.samples[0], first)) {
-            Some(kind) => {
-                kind.shares.push(*share);
-                kind.samples.append(&mut samples);
-            }
-            None => kinds.push(Kind { shares: vec![*share], samples }),
-        }
-    }
-    kinds
-}
-
-/// True if two worlds may be in lanes of one lockstep.
-fn may_share(one: &World, other: &World) -> bool {
-    one.robot() == other.robot() && WorldBatch::may_share(&tree_of(one), &tree_of(other))
 }
 
 /// A world of an episode.
 #[derive(Debug)]
-pub struct Seated {
+pub struct Berthed {
     /// `None` only while its frame is computed.
     world: Option<Box<World>>,
-    spot: Spot,
+    berth: Berth,
 }
 
-/// Where a world is computed.
-#[derive(Debug)]
-enum Spot {
-    /// In a lane.
-    Seat(Seat),
-    /// In f64: the device cannot step it. Its frames are counted.
-    Beside(Arc<AtomicU64>),
-}
-
-impl Simulated for Seated {
+impl Simulated for Berthed {
     fn world(&self) -> &World {
         self.world.as_deref().unwrap_or_else(|| unreachable!("it is here between frames"))
     }
@@ -188,40 +44,27 @@ impl Simulated for Seated {
 
     /// Advances it with all others.
     fn advance(&mut self, command: &Command) {
-        match &self.spot {
-            Spot::Seat(seat) => self.world = self.world.take().map(|world| seat.step(world, *command)),
-            Spot::Beside(frames) => {
-                frames.fetch_add(1, Ordering::Relaxed);
-                self.world_mut().step(command);
-            }
-        }
+        self.world = self.world.take().map(|world| self.berth.step(world, command));
     }
 }
 
 impl WorldFactory for Together {
-    type World = Seated;
+    type World = Berthed;
     type Controller = Recorded<Box<dyn Controller>>;
 
-    fn build(&self, key: &EpisodeKey) -> Result<(Seated, Self::Controller), String> {
+    fn build(&self, key: &EpisodeKey) -> Result<(Berthed, Self::Controller), String> {
         // The others wait while it grows, so that all start together.
-        let seat = self.seats.get(&key.condition).and_then(Option::as_ref).map(Seats::take);
+        let mut berth = self.berths.take(&key.condition);
         let (world, controller) = self.harvest.build(key)?;
-        let spot = match seat {
-            Some(seat) => match seat.enter(&world) {
-                Ok(()) => Spot::Seat(seat),
-                Err(e) if e.is_of_worlds() => Spot::Beside(self.beside.clone()),
-                Err(e) => return Err(e.to_string()),
-            },
-            None => Spot::Beside(self.beside.clone()),
-        };
-        Ok((Seated { world: Some(Box::new(world)), spot }, controller))
+        berth.enter(&world).map_err(|e| e.to_string())?;
+        Ok((Berthed { world: Some(Box::new(world)), berth }, controller))
     }
 
     fn at_once(&self, _: usize) -> usize {
-        self.lanes
+        self.berths.lanes()
     }
 
     fn failed(&self) -> Option<String> {
-        self.lost()
+        self.berths.lost()
     }
 }

@@ -24,6 +24,7 @@
 //! # }
 //! ```
 
+mod berths;
 mod eyes;
 mod harvest;
 mod lane;
@@ -32,8 +33,9 @@ mod seats;
 mod step;
 mod tally;
 
+pub use berths::{Berth, Berths, BerthsError, Share, samples};
 pub use eyes::Eyes;
-pub use harvest::{Seated, Share, Together, TogetherError, samples};
+pub use harvest::{Berthed, Together};
 pub use lane::{Lockstep, LockstepError};
 pub use orchard_world::{Span, Turn};
 pub use profile::Profile;

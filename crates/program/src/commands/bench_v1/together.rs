@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 
 use orchard_bench::store::Store;
 use orchard_gpu::{Choice, Gpu};
-use orchard_lockstep::{Share, Together, TogetherError};
+use orchard_lockstep::{Berths, BerthsError, Share, Tally, Together};
 use orchard_scenario::Scenario;
 use orchard_tasks::harvest::command_log::CommandLogs;
 use orchard_tasks::harvest::episode::EpisodeRecord;
@@ -23,11 +24,48 @@ use crate::failure::Failure;
 /// Episodes that advance together, unless the command line says otherwise: our own choice.
 const LANES: usize = 512;
 
+/// Opens a device with berths for worlds of some conditions, up to `lanes` of a kind, and says which of them it cannot step.
+pub fn open_berths(
+    what: &str,
+    shares: &[Share<'_>],
+    lanes: usize,
+    threads: usize,
+) -> Result<Arc<Berths>, Failure> {
+    let gpu = Gpu::open(Choice::Any).map_err(|e| Failure::Failed(format!("--backend gpu: {e}")))?;
+    say!("{what} on {}: up to {lanes} episodes at once", gpu.info().name);
+    let berths = Berths::new(&gpu, shares, lanes, threads).map_err(|e| match e {
+        BerthsError::Lockstep(e) => Failure::BadInput(format!("--backend gpu: {e}")),
+        BerthsError::Threads(e) => Failure::Failed(e.to_string()),
+    })?;
+    for (condition, why) in berths.refused() {
+        say!("{condition} is computed in f64: {why}");
+    }
+    Ok(Arc::new(berths))
+}
+
+/// Says where frames were computed.
+pub fn say_where(tally: &Tally) {
+    let total = tally.total().max(1) as f64;
+    let places: Vec<String> = tally
+        .frames
+        .iter()
+        .map(|(place, frames)| format!("{place} {:.1} %", 100.0 * *frames as f64 / total))
+        .collect();
+    say!(
+        "motion in f32; frames by the place where they were computed: {}; with free fruit, which the processor moves, {:.1} %; contacts that the device left out: {}, unsolved: {}",
+        if places.is_empty() { "none".to_owned() } else { places.join(", ") },
+        100.0 * tally.free_fruit as f64 / total,
+        tally.contacts_lost,
+        tally.contacts_unsolved
+    );
+}
+
 /// Conditions of the matrix under a controller, with motion on a graphics device.
 pub struct OnDevice {
     inner: Harvesting,
     plan: Plan,
     together: Together,
+    berths: Arc<Berths>,
     logs: CommandLogs,
 }
 
@@ -51,17 +89,9 @@ impl OnDevice {
             .map(|(condition, scenario)| Share { condition, scenario, episodes: episodes[condition] })
             .collect();
         let lanes = way.lanes.unwrap_or(LANES).min(plan.episodes().len());
-        let gpu = Gpu::open(Choice::Any).map_err(|e| Failure::Failed(format!("--backend gpu: {e}")))?;
-        say!("harvest on {}: up to {lanes} episodes at once", gpu.info().name);
-        let together = Together::new(&gpu, harvest, &shares, lanes, way.threads);
-        let together = together.map_err(|e| match e {
-            TogetherError::Lockstep(e) => Failure::BadInput(format!("--backend gpu: {e}")),
-            TogetherError::Threads(e) => Failure::Failed(e.to_string()),
-        })?;
-        for (condition, why) in together.refused() {
-            say!("{condition} is computed in f64: {why}");
-        }
-        Ok(Self { inner, plan, together, logs: CommandLogs::new(out) })
+        let berths = open_berths("harvest", &shares, lanes, way.threads)?;
+        let together = Together::new(harvest, berths.clone());
+        Ok(Self { inner, plan, together, berths, logs: CommandLogs::new(out) })
     }
 }
 
@@ -84,25 +114,12 @@ impl PresentedTask for OnDevice {
 
     fn report(&self, summary: &Summary, store: &Store) -> Result<(), Failure> {
         self.inner.report(summary, store)?;
-        let tally = self.together.tally();
-        let total = tally.total().max(1) as f64;
-        let places: Vec<String> = tally
-            .frames
-            .iter()
-            .map(|(place, frames)| format!("{place} {:.1} %", 100.0 * *frames as f64 / total))
-            .collect();
-        say!(
-            "motion in f32; frames by the place where they were computed: {}; with free fruit, which the processor moves, {:.1} %; contacts that the device left out: {}, unsolved: {}",
-            if places.is_empty() { "none".to_owned() } else { places.join(", ") },
-            100.0 * tally.free_fruit as f64 / total,
-            tally.contacts_lost,
-            tally.contacts_unsolved
-        );
+        say_where(&self.berths.tally());
         Ok(())
     }
 
     fn failed(&self) -> Option<String> {
-        let why = self.together.lost()?;
+        let why = self.berths.lost()?;
         Some(format!("the graphics device was lost: {why}; run the same command again to continue"))
     }
 }
