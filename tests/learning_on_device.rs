@@ -2,7 +2,8 @@
 
 use std::sync::Once;
 
-use orchard_env::{Backend, Env, EnvError, Settings, Task, TaskEnv};
+use orchard_env::{Backend, Driven, Env, EnvError, Settings, Task, TaskEnv, Via};
+use orchard_lockstep::{Berths, Share};
 use orchard_policy::{Spaces, Values};
 use orchard_scenario::Scenario;
 
@@ -93,6 +94,46 @@ fn observations_and_rewards_are_those_of_the_cpu() {
             }
         }
     }
+}
+
+/// Episodes on threads of their own, each in a berth, go on as on the CPU under a controller and under actions.
+#[test]
+fn episodes_in_berths_are_those_of_the_cpu() {
+    const STEPS: usize = 4;
+    let Some(gpu) = device() else { return };
+    let scenario = Scenario::of(&[("controller", "expert")]).unwrap();
+    let settings = Settings::of(Task::Reach);
+    let share = Share { condition: "reach", scenario: &scenario, episodes: 2 };
+    let berths = Berths::new(&gpu, &[share], 2, 1).unwrap();
+    let play = |mut env: TaskEnv, via: Via| -> (TaskEnv, Vec<Driven>) {
+        env.reset(&[Some(SEED)], &[true]).unwrap();
+        let mut controller = env.controller(0).unwrap();
+        let driven = (0..STEPS).map(|_| env.drive(0, &mut *controller, via).unwrap()).collect();
+        let action = vec![0.1; env.interface().policy.action.len()];
+        env.step(&action, &[true]).unwrap();
+        (env, driven)
+    };
+    std::thread::scope(|scope| {
+        for (world, via) in [(0, Via::Commands), (1, Via::Actions)] {
+            let (berths, scenario, settings) = (&berths, &scenario, &settings);
+            scope.spawn(move || {
+                let there = TaskEnv::in_berth(scenario, settings, world, berths.take("reach")).unwrap();
+                let here = TaskEnv::new(scenario, settings, world..world + 1).unwrap();
+                let ((there, driven), (here, expected)) = (play(there, via), play(here, via));
+                assert_eq!(there.world(0), here.world(0));
+                let off = apart(there.observation(0), here.observation(0));
+                assert!(off < 1e-3, "world {world}: {off}");
+                for (own, expected) in driven.iter().zip(&expected) {
+                    let pairs = own.action.iter().zip(&expected.action);
+                    let off = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+                    assert!(off < 1e-3, "world {world}: {off}");
+                }
+            });
+        }
+    });
+    let (tally, frames) = (berths.tally(), 2 * (STEPS as u64 + 1) * 6);
+    assert_eq!((tally.total(), tally.share_on_device()), (frames, 1.0), "{tally:?}");
+    assert!(berths.refused().is_empty() && berths.lost().is_none());
 }
 
 /// Trees as measured, with dampers by ratio and fruit in clusters on stems that bend, give what they give on the CPU while the robot touches nothing.

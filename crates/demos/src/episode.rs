@@ -47,9 +47,23 @@ pub(crate) enum EpisodeError {
 /// Function that receives the images: their paths and bytes.
 pub(crate) type Sink<'a> = &'a mut dyn FnMut(&str, &[u8]) -> Result<(), StoreError>;
 
-/// Makes the environment of an episode, at its start.
-pub(crate) fn begin(plan: &Plan, key: &DemoKey) -> Result<TaskEnv, EnvError> {
-    let mut env = TaskEnv::new(&plan.scenario, &plan.settings, key.world..key.world + 1)?;
+/// Berths on a graphics device.
+#[cfg(feature = "gpu")]
+pub(crate) type Berths = orchard_lockstep::Berths;
+/// There are none without a device.
+#[cfg(not(feature = "gpu"))]
+pub(crate) type Berths = std::convert::Infallible;
+
+/// Makes the environment of an episode, at its start, in a berth if there are any.
+pub(crate) fn begin(plan: &Plan, key: &DemoKey, berths: Option<&Berths>) -> Result<TaskEnv, EnvError> {
+    let (scenario, settings) = (&plan.scenario, &plan.settings);
+    let mut env = match berths {
+        None => TaskEnv::new(scenario, settings, key.world..key.world + 1)?,
+        #[cfg(feature = "gpu")]
+        Some(berths) => TaskEnv::in_berth(scenario, settings, key.world, berths.take(Plan::CONDITION))?,
+        #[cfg(not(feature = "gpu"))]
+        Some(none) => match *none {},
+    };
     env.reset(&[Some(key.seed)], &[true])?;
     Ok(env)
 }

@@ -30,6 +30,8 @@ pub use meta::{Meta, MetaError};
 pub use person::{PERSON, person};
 pub use plan::{DemosError, Plan};
 pub use record::{DemoKey, DemoRecord, Split};
+#[cfg(feature = "gpu")]
+pub use run::run_in_berths;
 pub use run::{Demos, DemosResult, run};
 pub use summary::DemosSummary;
 pub use table::{Column, Table, TableError};

@@ -9,6 +9,7 @@ use orchard_env::{Settings, Task, Via};
 use orchard_picker::ControllerKind;
 use orchard_policy::{Spaces, Target};
 use orchard_scenario::{Scenario, StoredScenario};
+use orchard_tasks::plan_file::Backend;
 use serde::{Deserialize, Serialize};
 
 use crate::config::DemosRules;
@@ -30,6 +31,9 @@ pub struct Meta {
     pub task_description: String,
     /// The way of the controller's commands to the robot.
     pub via: Via,
+    /// Processor that moved the worlds: the CPU in f64, or a graphics device in f32.
+    #[serde(default, skip_serializing_if = "Backend::is_cpu")]
+    pub backend: Backend,
     /// Seeds.
     pub seeds: Vec<u64>,
     /// Number of episodes.
@@ -82,6 +86,7 @@ impl Meta {
             task,
             task_description: Target::sentence(task.target()).to_owned(),
             via: plan.via,
+            backend: plan.settings.backend,
             seeds: plan.seeds.clone(),
             episodes: plan.episodes,
             control_hz: plan.settings.spaces.control_hz,
@@ -123,7 +128,8 @@ impl Meta {
         controllers.push(Arc::new(person()));
         let scenario =
             Scenario::from_stored(&self.scenario, &controllers, by).map_err(|e| bad(e.to_string()))?;
-        let settings = Settings { spaces: self.spaces.clone(), ..Settings::of(self.task) };
+        let (spaces, backend) = (self.spaces.clone(), self.backend);
+        let settings = Settings { spaces, backend, ..Settings::of(self.task) };
         Ok(Plan::new(scenario, settings, self.via, self.seeds.clone(), self.episodes)?)
     }
 }

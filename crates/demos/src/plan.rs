@@ -5,6 +5,7 @@ use orchard_bench::{CODE_VERSION, MOST_RECORDS, PlanError, check_trees};
 use orchard_env::{EnvError, Settings, TaskEnv, Via, WORLDS};
 use orchard_policy::Field;
 use orchard_scenario::Scenario;
+use orchard_tasks::plan_file::Backend;
 use orchard_tasks::protocol::Protocol;
 
 use crate::config::DemosRules;
@@ -88,15 +89,22 @@ impl Plan {
         if settings.task.target().is_some() && !scenario.controller_kind().takes_goals() {
             return Err(PlanError::NoGoals(scenario.names().controller.clone()).into());
         }
-        let env = TaskEnv::new(&scenario, &settings, 0..1)?;
+        // Its conventions are the same on every backend.
+        let env = TaskEnv::new(&scenario, &Settings { backend: Backend::Cpu, ..settings.clone() }, 0..1)?;
         let interface = env.interface();
         let rules = DemosRules::v1();
-        let config_hash = config_hash(&[
-            ("scenario", &scenario.hash()),
-            ("protocol", &config_text(&protocol)),
-            ("interface", &config_text(interface)),
-            ("demos", &config_text(&rules)),
-        ]);
+        let (of_scenario, of_protocol) = (scenario.hash(), config_text(&protocol));
+        let (of_interface, of_rules) = (config_text(interface), config_text(&rules));
+        let mut inputs = vec![
+            ("scenario", &of_scenario[..]),
+            ("protocol", &of_protocol),
+            ("interface", &of_interface),
+            ("demos", &of_rules),
+        ];
+        if settings.backend != Backend::Cpu {
+            inputs.push(("backend", settings.backend.name()));
+        }
+        let config_hash = config_hash(&inputs);
         let fields = interface.policy.observation.clone();
         let (frame, steps_of) = (interface.policy.frame, interface.policy.frames);
         let frames = (interface.horizon / frame).round() as u64;
@@ -121,6 +129,22 @@ impl Plan {
     /// Frames of a step.
     pub(crate) fn step_frames(&self) -> u32 {
         self.steps_of
+    }
+
+    /// Name of the only condition of demonstrations.
+    #[cfg(feature = "gpu")]
+    pub(crate) const CONDITION: &str = "demonstrations";
+
+    /// Share of the episodes in the berths of a device: all of them.
+    #[cfg(feature = "gpu")]
+    pub fn share(&self) -> orchard_lockstep::Share<'_> {
+        let (condition, episodes) = (Self::CONDITION, self.episodes as usize);
+        orchard_lockstep::Share { condition, scenario: &self.scenario, episodes }
+    }
+
+    /// Processor that moves the worlds.
+    pub fn backend(&self) -> Backend {
+        self.settings.backend
     }
 
     /// True if a person drove: an episode ends then with what was driven, if the task has not ended before.

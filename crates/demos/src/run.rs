@@ -9,7 +9,7 @@ use orchard_bench::store::{Store, StoreError};
 use orchard_bench::task::{Progress, RunError, Session, Task, TaskResult, run_task};
 use orchard_env::{EnvError, TaskEnv};
 
-use crate::episode::{self, COMMANDS, EpisodeError, STEPS, begin};
+use crate::episode::{self, Berths, COMMANDS, EpisodeError, STEPS, begin};
 use crate::images::Form;
 use crate::meta::Meta;
 use crate::plan::Plan;
@@ -31,9 +31,24 @@ pub fn run(
     session: &Session<'_>,
     progress: &impl Progress<DemoRecord>,
 ) -> Result<DemosResult, RunError> {
-    let store = session.store;
-    write_plan(plan, store)?;
-    run_task(&Demos::new(plan, store), session, progress)
+    write_plan(plan, session.store)?;
+    run_task(&Demos::new(plan, session.store), session, progress)
+}
+
+/// As [`run`], with the worlds in berths on a graphics device, where as many episodes advance together as there are lanes. The berths are those of the plan's share ([`Plan::share`]).
+///
+/// # Errors
+/// As [`run`]. Once the device is lost ([`orchard_lockstep::Berths::lost`]) no episode ends any more, and those that remain count as interrupted.
+#[cfg(feature = "gpu")]
+pub fn run_in_berths(
+    plan: &Plan,
+    session: &Session<'_>,
+    berths: &orchard_lockstep::Berths,
+    progress: &impl Progress<DemoRecord>,
+) -> Result<DemosResult, RunError> {
+    write_plan(plan, session.store)?;
+    let demos = Demos { berths: Some(berths), ..Demos::new(plan, session.store) };
+    run_task(&demos, session, progress)
 }
 
 /// Checks that a folder has no other demonstrations, and writes a plan's `meta.json` and the folders of its files.
@@ -52,17 +67,26 @@ pub struct Demos<'a> {
     plan: &'a Plan,
     store: &'a Store,
     drive: Option<(&'a DemoKey, &'a Played)>,
+    berths: Option<&'a Berths>,
 }
 
 impl<'a> Demos<'a> {
     /// The episodes of a plan in a folder.
     pub fn new(plan: &'a Plan, store: &'a Store) -> Self {
-        Self { plan, store, drive: None }
+        Self { plan, store, drive: None, berths: None }
     }
 
     /// Plays the episode of a key as it was driven.
     pub(crate) fn with_drive(self, key: &'a DemoKey, played: &'a Played) -> Self {
         Self { drive: Some((key, played)), ..self }
+    }
+
+    /// True if the device was lost: worlds stand still then.
+    fn is_lost(&self) -> bool {
+        #[cfg(feature = "gpu")]
+        return self.berths.is_some_and(|berths| berths.lost().is_some());
+        #[cfg(not(feature = "gpu"))]
+        false
     }
 
     fn demonstrate(
@@ -71,7 +95,7 @@ impl<'a> Demos<'a> {
         stop: &AtomicBool,
         on_step: &mut dyn FnMut(),
     ) -> Result<Option<Demonstration>, EpisodeError> {
-        let mut env = begin(self.plan, key)?;
+        let mut env = begin(self.plan, key, self.berths)?;
         let (mut controller, via) = (env.controller(0)?, self.plan.via);
         let driven = self.drive.filter(|(of, _)| *of == key);
         let mut playback = driven.map(|(_, played)| Playback::new(via, played.clone(), true));
@@ -81,7 +105,7 @@ impl<'a> Demos<'a> {
         };
         let mut sink = |path: &str, bytes: &[u8]| self.store.write_bytes(path, bytes);
         let episode = episode::run(self.plan, key, &mut env, &mut take, &mut sink, stop, on_step)?;
-        let Some(episode) = episode else { return Ok(None) };
+        let Some(episode) = episode.filter(|_| !self.is_lost()) else { return Ok(None) };
         let (record, tables) = episode.files(key)?;
         for (file, bytes) in [&record.steps, &record.commands].into_iter().zip(&tables) {
             self.store.write_bytes(&file.path, bytes)?;
@@ -133,6 +157,11 @@ impl Task for Demos<'_> {
 
     fn sum_up(&self, records: &[DemoRecord]) -> DemosSummary {
         DemosSummary::of(self.plan, records)
+    }
+
+    #[cfg(feature = "gpu")]
+    fn at_once(&self, threads: usize) -> usize {
+        self.berths.map_or(threads, Berths::lanes)
     }
 
     fn is_kept(&self, record: &DemoRecord) -> bool {

@@ -8,6 +8,7 @@ use orchard_bench::record::Record;
 use orchard_bench::store::{Store, StoreError, Stored};
 use orchard_env::TaskEnv;
 use orchard_picker::ControllerKind;
+use orchard_tasks::plan_file::Backend;
 use rayon::prelude::*;
 
 use crate::episode::{self, begin};
@@ -45,7 +46,7 @@ pub enum VerifyError {
 }
 
 /// Reads every episode of a folder and simulates it again: under the stored commands, or by the stored actions where these moved the robot.
-/// Observations, images, rewards, ends and the last state must come out with the same bytes. `on_episode` is called after each.
+/// Observations, images, rewards, ends and the last state must come out with the same bytes. `on_episode` is called after each. Episodes that moved on a graphics device are only read: no processor has their bits.
 ///
 /// # Errors
 /// The folder's `meta.json` cannot be used here, or `stop` was raised.
@@ -81,7 +82,10 @@ fn again(plan: &Plan, store: &Store, key: &DemoKey, stop: &AtomicBool) -> Result
         Stored::Other => return Err("is of other demonstrations".to_owned()),
         Stored::Damaged => return Err("is damaged or was edited".to_owned()),
     };
-    let begun = begin(plan, key);
+    if plan.backend() != Backend::Cpu {
+        return record.demonstration.map_or(Ok(()), |demo| read_files(store.path(), &demo).map(|_| ()));
+    }
+    let begun = begin(plan, key, None);
     let (mut env, demo) = match (begun, record.demonstration) {
         (Ok(env), Some(demo)) => (env, demo),
         (Err(e), None) if record.never_began == Some(e.to_string()) => return Ok(()),

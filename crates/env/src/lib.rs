@@ -23,6 +23,7 @@
 //!
 //! `docs/python.md` states the spaces, the conventions and the rewards.
 
+mod alone;
 mod component;
 mod damage;
 mod driven;

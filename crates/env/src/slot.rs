@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 
 mod drive;
 
+use crate::alone::Alone;
 use crate::component::{Learnable, Trial};
 use crate::damage::Damage;
 use crate::error::EnvError;
@@ -44,7 +45,7 @@ pub(crate) struct Slot {
     /// Place in the list, and index of its first world.
     env: usize,
     first: u32,
-    running: Option<(World, Episode)>,
+    running: Option<(Box<World>, Episode)>,
     values: Vec<Values>,
     pub report: Report,
 }
@@ -150,7 +151,7 @@ impl Slot {
             let pictures = shared.encoding.pictures().map(|request| world.take_pictures(request));
             let (set, sentence) = (shared.encoding.start(), task.sentence(&world, shared, of_seed));
             let episode = Episode { seed, number, task, stall, set, pictures, sentence };
-            self.running = Some((world, episode));
+            self.running = Some((Box::new(world), episode));
             self.report = Report::default();
             self.look(shared);
             return Ok(());
@@ -181,9 +182,9 @@ impl Slot {
     }
 
     /// Takes an action that [`Self::check`] allows.
-    pub fn step(&mut self, action: &[f32], shared: &Shared) {
+    pub fn step(&mut self, action: &[f32], alone: &Alone, shared: &Shared) {
         let Some(motion) = self.motion(action, shared) else { return };
-        self.advance(shared, |frame, _| motion.command(frame));
+        self.advance(alone, shared, |frame, _| motion.command(frame));
         self.keep(&motion);
     }
 
@@ -202,12 +203,17 @@ impl Slot {
     }
 
     /// Takes the frames of an action, if the episode goes on, with a command for each.
-    pub fn advance(&mut self, shared: &Shared, mut command: impl FnMut(u32, &mut World) -> Command) {
+    pub fn advance(
+        &mut self,
+        alone: &Alone,
+        shared: &Shared,
+        mut command: impl FnMut(u32, &mut World) -> Command,
+    ) {
         let Some(mut stepping) = self.begin_step(shared) else { return };
         while let Some(frame) = stepping.next_frame(shared) {
-            let Some((world, _)) = &mut self.running else { return };
-            let command = command(frame, world);
-            world.step(&command);
+            let Some((mut world, episode)) = self.running.take() else { return };
+            let command = command(frame, &mut world);
+            self.running = Some((alone.step(world, &command), episode));
             self.after_frame(&mut stepping, &command, shared);
             if let (Some((world, _)), true) = (&mut self.running, stepping.is_image_due()) {
                 world.observe();
@@ -250,7 +256,7 @@ impl Slot {
 
     /// The world, to move it.
     pub fn world_mut(&mut self) -> Option<&mut World> {
-        self.running.as_mut().map(|(world, _)| world)
+        self.running.as_mut().map(|(world, _)| &mut **world)
     }
 
     /// Judges a frame of a step after the world has moved under a command.
@@ -332,7 +338,8 @@ impl Slot {
         if !(episode.task.fits(&world) && pictures) || episode.set.len() != shared.encoding.start().len() {
             return Err(refused("its episode does not fit its world".to_owned()));
         }
-        let mut slot = Self { report, running: Some((world, episode)), ..Self::new(self.env, first) };
+        let mut slot =
+            Self { report, running: Some((Box::new(world), episode)), ..Self::new(self.env, first) };
         slot.look(shared);
         Ok(slot)
     }

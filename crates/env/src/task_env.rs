@@ -11,6 +11,7 @@ use orchard_tasks::protocol::Protocol;
 use orchard_world::World;
 use rayon::prelude::*;
 
+use crate::alone::Alone;
 use crate::component::Learnable;
 use crate::driven::{Driven, Via};
 use crate::error::EnvError;
@@ -31,6 +32,8 @@ pub struct TaskEnv {
     shared: Shared,
     slots: Vec<Slot>,
     mover: Mover,
+    /// Moves each world under a controller, and under actions where `mover` moves none together.
+    alone: Alone,
 }
 
 impl TaskEnv {
@@ -39,6 +42,32 @@ impl TaskEnv {
     /// # Errors
     /// Settings that do not fit, rules that the protocol does not have, or worlds beyond [`WORLDS`].
     pub fn new(scenario: &Scenario, settings: &Settings, worlds: Range<u32>) -> Result<Self, EnvError> {
+        let mover = |frames: usize| Mover::new(scenario, settings.backend, worlds.len(), frames);
+        Self::under(scenario, settings, worlds.clone(), mover)
+    }
+
+    /// Makes one environment whose world takes a berth on a graphics device, or beside it. It advances with the worlds of other threads: its steps wait for theirs.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    #[cfg(feature = "gpu")]
+    pub fn in_berth(
+        scenario: &Scenario,
+        settings: &Settings,
+        world: u32,
+        berth: orchard_lockstep::Berth,
+    ) -> Result<Self, EnvError> {
+        let env = Self::under(scenario, settings, world..world + 1, |_| Ok(Mover::Cpu))?;
+        Ok(Self { alone: Alone::Berth(berth), ..env })
+    }
+
+    /// Makes environments whose worlds `mover` moves; it is told the frames of a step.
+    fn under(
+        scenario: &Scenario,
+        settings: &Settings,
+        worlds: Range<u32>,
+        mover: impl FnOnce(usize) -> Result<Mover, EnvError>,
+    ) -> Result<Self, EnvError> {
         if worlds.end > WORLDS || worlds.is_empty() {
             let problem = format!("they are at least one, from 0 and below {WORLDS}");
             let value = format!("{}..{}", worlds.start, worlds.end);
@@ -80,7 +109,7 @@ impl TaskEnv {
         };
         let identity = format!("{interface:?} {protocol:?}");
         let identity = orchard_bench::digest::config_hash(&[("env", &identity)]);
-        let mover = Mover::new(scenario, settings.backend, worlds.len(), interface.policy.frames as usize)?;
+        let mover = mover(interface.policy.frames as usize)?;
         let slots = worlds.enumerate().map(|(env, world)| Slot::new(env, world)).collect();
         let scenario = scenario.clone();
         Ok(Self {
@@ -95,6 +124,7 @@ impl TaskEnv {
             },
             slots,
             mover,
+            alone: Alone::Here,
         })
     }
 
@@ -137,16 +167,17 @@ impl TaskEnv {
 
     /// Lets the worlds of some environments enter their lanes.
     fn enter(&mut self, mask: &[bool]) -> Result<(), EnvError> {
-        let Self { slots, mover, .. } = self;
+        let Self { slots, mover, alone, .. } = self;
         let chosen = slots.iter().zip(mask).enumerate().filter(|(_, (_, chosen))| **chosen);
         let entering: Vec<_> = chosen.filter_map(|(lane, (slot, _))| Some((lane, slot.truth()?))).collect();
+        entering.iter().try_for_each(|(_, world)| alone.enter(world))?;
         mover.enter(&entering)?;
         self.look_again(mask)
     }
 
     /// Draws the latest images of some environments where those of all others are drawn.
     fn look_again(&mut self, mask: &[bool]) -> Result<(), EnvError> {
-        let Self { slots, mover, shared } = self;
+        let Self { slots, mover, shared, .. } = self;
         if mover.is_cpu() || !shared.interface.policy.spaces.depth {
             return Ok(());
         }
@@ -177,18 +208,19 @@ impl TaskEnv {
         if !self.mover.is_cpu() {
             return self.step_together(actions, mask);
         }
+        let alone = &self.alone;
         self.slots
             .par_iter_mut()
             .zip(actions.par_chunks_exact(size))
             .zip(mask)
             .filter(|(_, chosen)| **chosen)
-            .for_each(|((slot, action), _)| slot.step(action, shared));
+            .for_each(|((slot, action), _)| slot.step(action, alone, shared));
         Ok(())
     }
 
     /// As [`Self::step`], some frames at a time. The environments of a crew advance together; while one crew is on the device, the other's frames are judged here.
     fn step_together(&mut self, actions: &[f32], mask: &[bool]) -> Result<(), EnvError> {
-        let Self { shared, slots, mover } = self;
+        let Self { shared, slots, mover, .. } = self;
         let shared = &*shared;
         let since = Instant::now();
         let size = shared.interface.policy.action.len();
@@ -266,7 +298,7 @@ impl TaskEnv {
     }
 
     /// Takes a step of one environment under a controller, which sees what it sees in the benchmark. Observation and report follow as
-    /// after an action. Its frames are computed on the CPU, whatever the backend is.
+    /// after an action. Its frames are computed on the CPU, whatever the backend is, but for an environment in a berth ([`Self::in_berth`]).
     ///
     /// # Errors
     /// The environment has no episode, or it has ended; the device was lost.
@@ -282,8 +314,7 @@ impl TaskEnv {
         self.slots[env].goes_on()?;
         self.catch_up(env..env + 1)?;
         self.mover.renew(env);
-        let slot = &mut self.slots[env];
-        let driven = slot.drive(controller, via, &self.shared);
+        let driven = self.slots[env].drive(controller, via, &self.alone, &self.shared);
         if self.shared.images_elsewhere {
             self.look_again(&(0..self.slots.len()).map(|k| k == env).collect::<Vec<_>>())?;
         }
@@ -315,7 +346,7 @@ impl TaskEnv {
     /// The device was lost.
     #[cfg(feature = "gpu")]
     pub fn send(&mut self) -> Result<(), EnvError> {
-        let Self { shared, slots, mover } = self;
+        let Self { shared, slots, mover, .. } = self;
         let Some(observed) = mover.observed() else { return Ok(()) };
         let sent = observed.send(&shared.interface.policy.observation, slots);
         sent.map_err(|e| EnvError::Device(e.to_string()))

@@ -78,12 +78,7 @@ impl Berths {
     ///
     /// # Errors
     /// The device has no room for so many lanes, or was lost.
-    pub fn new(
-        gpu: &Gpu,
-        shares: &[Share<'_>],
-        lanes: usize,
-        threads: usize,
-    ) -> Result<Self, BerthsError> {
+    pub fn new(gpu: &Gpu, shares: &[Share<'_>], lanes: usize, threads: usize) -> Result<Self, BerthsError> {
         let pool = Arc::new(ThreadPoolBuilder::new().num_threads(threads).build()?);
         let (mut seats, mut refused) = (BTreeMap::new(), Vec::new());
         for Kind { shares, samples } in kinds(shares) {

@@ -8,8 +8,8 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use orchard_gpu::GpuError;
 use orchard_robot::Command;
 use orchard_world::{Turn, World};
-use rayon::prelude::*;
 use rayon::ThreadPool;
+use rayon::prelude::*;
 
 use crate::lane::{Lockstep, LockstepError};
 use crate::tally::Tally;

@@ -6,12 +6,13 @@ use orchard_tasks::component::{Component, Gentle, ReachAndGrasp};
 use orchard_world::World;
 
 use super::{Shared, Slot, State};
+use crate::alone::Alone;
 use crate::driven::{Driven, Via};
 
 impl Slot {
     /// The world, for truth and scoring; none before the first reset.
     pub fn truth(&self) -> Option<&World> {
-        self.running.as_ref().map(|(world, _)| world)
+        self.running.as_ref().map(|(world, _)| &**world)
     }
 
     /// The task's goal of this episode; none for a task without one.
@@ -24,12 +25,18 @@ impl Slot {
     }
 
     /// Takes a step under a controller; one that [`Slot::goes_on`] allows.
-    pub fn drive(&mut self, controller: &mut dyn Controller, via: Via, shared: &Shared) -> Driven {
+    pub fn drive(
+        &mut self,
+        controller: &mut dyn Controller,
+        via: Via,
+        alone: &Alone,
+        shared: &Shared,
+    ) -> Driven {
         let encoding = &shared.encoding;
         let last = self.running.as_ref().map_or(encoding.start(), |(_, episode)| episode.set);
         let (mut wanted, mut commands): (Vec<Command>, Vec<Command>) = (Vec::new(), Vec::new());
         let mut motion = None;
-        self.advance(shared, |frame, world| {
+        self.advance(alone, shared, |frame, world| {
             // The world's latest image stays what a policy would have seen.
             let command = controller.act(&world.peek());
             wanted.push(command);

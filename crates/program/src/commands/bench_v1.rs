@@ -8,7 +8,7 @@ pub mod plans;
 pub mod scaling;
 pub mod task;
 #[cfg(feature = "gpu")]
-mod together;
+pub mod together;
 mod way;
 
 use std::collections::BTreeMap;

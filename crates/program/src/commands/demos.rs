@@ -1,6 +1,7 @@
 //! `orchard demos`: demonstrations of a task by a controller, for policies to learn from.
 
 mod lerobot;
+mod on_device;
 mod verify;
 
 use std::path::PathBuf;
@@ -12,6 +13,7 @@ use orchard_bench::task::{RunError, Session};
 use orchard_demos::{DemoRecord, DemosResult, DemosSummary, Plan};
 use orchard_env::{Settings, Task, Via};
 use orchard_policy::{Control, Pixels, Spaces};
+use orchard_tasks::plan_file::Backend;
 use orchard_tasks::protocol::Protocol;
 
 use crate::args::ScenarioArgs;
@@ -79,6 +81,12 @@ pub struct Args {
     format: FormatName,
     #[command(flatten)]
     scenario: ScenarioArgs,
+    /// Processor that moves the worlds: cpu, or gpu (any Vulkan, Metal or DirectX 12 device), in f32. Cameras and controllers always run on the CPU
+    #[arg(long, value_name = "cpu|gpu", default_value = "cpu")]
+    backend: Backend,
+    /// Episodes that advance together on a graphics device [default: all, at most 512]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16384))]
+    lanes: Option<u32>,
     /// Threads [default: as many as the machine has]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     threads: Option<u32>,
@@ -120,6 +128,9 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     let (Some(episodes), Some(out)) = (args.episodes, &args.out) else {
         return Err(Failure::BadInput("--episodes N and --out DIR are needed".to_owned()));
     };
+    if args.lanes.is_some() && args.backend != Backend::Gpu {
+        return Err(Failure::BadInput("--lanes applies to --backend gpu alone".to_owned()));
+    }
     let plan = plan(args, episodes, program)?;
     let (folder, converter) = match args.format {
         FormatName::Neutral => (out.clone(), None),
@@ -128,7 +139,10 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     };
     let (store, _lock) = open_folder("--out", &folder)?;
     let threads = args.threads.map_or_else(default_threads, |threads| threads as usize);
-    let done = demonstrate(&plan, &store, threads)?;
+    let done = match args.backend {
+        Backend::Cpu => demonstrate(&plan, &store, threads)?,
+        Backend::Gpu => on_device::demonstrate(&plan, &store, args.lanes, threads)?,
+    };
     if let Some(summary) = &done.summary {
         report(summary);
     }
@@ -149,6 +163,7 @@ fn plan(args: &Args, episodes: u32, program: &Program) -> Result<Plan, Failure> 
         &args.control,
         args.control_hz,
     )?;
+    let settings = Settings { backend: args.backend, ..settings };
     let seeds = args.seeds.resolve(&Protocol::of_scenario(&scenario)?).map_err(Failure::BadInput)?;
     let via = if args.policy_actions { Via::Actions } else { Via::Commands };
     Plan::new(scenario, settings, via, seeds, episodes).map_err(|e| bad(&e))
@@ -174,9 +189,19 @@ pub fn observing(
 }
 
 fn demonstrate(plan: &Plan, store: &Store, threads: usize) -> Result<DemosResult, Failure> {
+    watched(plan, store, threads, |session, bar| orchard_demos::run(plan, session, bar))
+}
+
+/// Runs a plan by `run`, beside a bar.
+fn watched(
+    plan: &Plan,
+    store: &Store,
+    threads: usize,
+    run: impl FnOnce(&Session<'_>, &Bar<DemoRecord>) -> Result<DemosResult, RunError>,
+) -> Result<DemosResult, Failure> {
     let stop = interrupt::listen()?;
     let bar = Bar::new("demos", plan.episodes() as usize, plan.frames(), shown);
-    let done = orchard_demos::run(plan, &Session::whole(store, threads, stop), &bar);
+    let done = run(&Session::whole(store, threads, stop), &bar);
     bar.clear();
     done.map_err(|e| match e {
         RunError::Interrupted { .. } => Failure::Interrupted(e.to_string()),

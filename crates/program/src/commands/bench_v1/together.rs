@@ -22,7 +22,7 @@ use super::way::Way;
 use crate::failure::Failure;
 
 /// Episodes that advance together, unless the command line says otherwise: our own choice.
-const LANES: usize = 512;
+pub const LANES: usize = 512;
 
 /// Opens a device with berths for worlds of some conditions, up to `lanes` of a kind, and says which of them it cannot step.
 pub fn open_berths(
