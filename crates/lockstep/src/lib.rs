@@ -1,8 +1,10 @@
 //! Worlds that advance together: a graphics device computes their motion in f32, this crate's worlds apply their rules in f64.
 //!
 //! A [`Lockstep`] has lanes. A world enters a lane, advances there with the others by one or more frames at a time ([`Lockstep::step`]), and leaves it. A frame on the device is every substep's motion of wood, fruit and robot, with the contacts of the robot
-//! with wood and hanging fruit, and of the fruit of clusters; sensors, ruptures, stems, grips, loads and events follow in [`World`], by the code of [`World::step`]. What the device does not know yet (fruit off their stems, suction, links that turn fast, the robot near the
-//! ground or itself) is computed in f64: the world leaves the device for these frames and comes back after them. [`Tally`] counts which frames were computed where.
+//! with wood and hanging fruit, and of the fruit of clusters; sensors, ruptures, stems, grips, loads and events follow in [`World`], by the code of [`World::step`]. What the device does not know yet (suction, links that turn fast, the robot near uneven
+//! ground) is computed in f64: the world leaves the device for these frames and comes back after them. [`Tally`] counts which frames were computed where.
+//!
+//! Threads that run one world after the other take [`Berths`], which have lanes for worlds of several kinds.
 //!
 //! The result of a world depends on its own commands alone, not on the other lanes or on their number. It differs from that of [`World::step`] by the rounding of f32, which contacts amplify.
 //!
