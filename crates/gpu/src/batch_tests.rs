@@ -140,7 +140,7 @@ fn worlds_that_do_not_fit_together_are_named() {
     let other = TreeWorld::grow(Arc::new(spec), 7, 1).unwrap();
     let worlds = [worlds.remove(0), other];
     let e = GpuBatch::new(&gpu, &worlds).unwrap_err().to_string();
-    assert!(e.starts_with("world 1 has another substep, gravity or rules"), "{e}");
+    assert!(e.starts_with("world 1 has another substep, gravity, mean wind or rules"), "{e}");
 }
 
 /// Every world of a batch has the damping of its own wood.

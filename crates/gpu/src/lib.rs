@@ -196,9 +196,9 @@ pub enum BatchError {
         /// Number of worlds.
         worlds: usize,
     },
-    /// The worlds differ in substep, gravity or rules of breaking, or in posts and wires.
+    /// The worlds differ in substep, gravity, rules of breaking or mean wind, or in posts and wires.
     #[error(
-        "world {world} has another substep, gravity or rules of breaking than world 0, or other posts and wires"
+        "world {world} has another substep, gravity, mean wind or rules of breaking than world 0, or other posts and wires"
     )]
     Rules {
         /// Index of the world.
