@@ -18,8 +18,8 @@ use crate::tally::Tally;
 /// Seed of the sample worlds, and their number for each scenario: our own choice. They are no worlds of any seed set.
 const SAMPLE_SEED: u64 = 0x006c_616e_6573;
 const SAMPLES: u32 = 16;
-/// Number of them for each condition, several of which may share lanes.
-const SAMPLES_OF_A_SHARE: u32 = 8;
+/// Number of them for each of several conditions, of which most share lanes.
+const SAMPLES_OF_MANY: u32 = 8;
 
 /// Largest crew, our own choice: a frame of a crew waits for its slowest controller, and one that looks at an image takes many times as long as one that does not
 /// (docs/computation/gpu-world.md has the times of 1,000 worlds in two crews and in eight).
@@ -139,8 +139,8 @@ impl Berths {
 
 /// Gathers conditions whose worlds may share lanes, with samples of each. Conditions none of whose samples can be built have no kind.
 fn kinds<'a>(shares: &[Share<'a>]) -> Vec<Kind<'a>> {
-    let each: Vec<Vec<World>> =
-        shares.par_iter().map(|share| sampled(share.scenario, SAMPLES_OF_A_SHARE)).collect();
+    let count = if shares.len() == 1 { SAMPLES } else { SAMPLES_OF_MANY };
+    let each: Vec<Vec<World>> = shares.par_iter().map(|share| sampled(share.scenario, count)).collect();
     let mut kinds: Vec<Kind<'a>> = Vec::new();
     for (share, mut samples) in shares.iter().zip(each) {
         let Some(first) = samples.first() else { continue };
