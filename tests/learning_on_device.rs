@@ -163,6 +163,39 @@ fn measured_trees_move_as_on_the_cpu() {
     }
 }
 
+/// In wind trees sway as on the CPU while one environment waits for the other, also after a reset, and calm frames leave them behind.
+#[test]
+fn trees_in_wind_sway_as_on_the_cpu() {
+    if !has_device() {
+        return;
+    }
+    let file = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("windy.toml");
+    let speed = r#"{ value = 6.0, range = [0.0, 12.0], unit = "m/s", source = "test" }"#;
+    let text = format!("preset = \"windy\"\nbase = \"measured-wood\"\n[wind]\nspeed = {speed}\n");
+    std::fs::write(&file, text).unwrap();
+    let scenario = Scenario::of(&[("config", file.to_str().unwrap())]).unwrap();
+    let of = |backend| started_in(&scenario, Settings { backend, ..Settings::of(Task::Reach) }, 2);
+    let (mut here, mut there) = (of(Backend::Cpu), of(Backend::Gpu));
+    let actions = vec![0.2; 2 * here.interface().policy.action.len()];
+    for step in 0..5 {
+        for env in [&mut here, &mut there] {
+            env.step(&actions, &[true, step != 1]).unwrap();
+            if step == 2 {
+                env.reset(&[None; 2], &[true, false]).unwrap();
+            }
+        }
+    }
+    let tally = there.tally().unwrap();
+    assert!(tally.share_on_device() == 1.0 && tally.calm > 0, "{tally:?}");
+    for k in 0..2 {
+        assert!(there.truth(k).unwrap().unwrap().weather().is_some());
+        let fruit = |env: &mut TaskEnv| env.truth(k).unwrap().unwrap().fruit_truth();
+        for (a, b) in fruit(&mut here).iter().zip(fruit(&mut there)) {
+            assert!((a.p_world - b.p_world).norm() < 1e-4, "environment {k}: {a:?} {b:?}");
+        }
+    }
+}
+
 /// The device draws the images: those of the first worlds, of later steps, and after a reset show what the processor's show, but for pixels at silhouettes; over level and over uneven ground.
 #[test]
 fn images_are_those_of_the_cpu() {
