@@ -363,16 +363,10 @@ fn an_environment_goes_on_with_the_same_bits_from_a_saved_state() {
 }
 
 #[test]
-fn worlds_that_a_device_cannot_step_are_refused() {
+fn commands_for_some_worlds_alone_are_refused() {
     if !has_device() {
         return;
     }
-    let measured = Scenario::of(&[("preset", "calibrated")]).unwrap();
-    let mut windy = (**measured.spec()).clone();
-    let wind = windy.wind.as_mut().unwrap();
-    wind.speed = wind.speed.with_value(6.0).unwrap();
-    let e = Env::new(&measured.with_spec(windy), 1, 0..1, Backend::Gpu).unwrap_err();
-    assert!(matches!(&e, EnvError::Device(why) if why.contains("a wind blows")), "{e}");
     let mut env = Env::new(&Scenario::of(&[]).unwrap(), 1, 0..2, Backend::Gpu).unwrap();
     let hold = vec![Scenario::of(&[]).unwrap().robot().start_command(); 2];
     env.step(&hold).unwrap();
