@@ -1,11 +1,15 @@
 //! Task environments whose worlds move on a graphics device.
 
 use std::sync::Once;
+use std::sync::atomic::AtomicBool;
 
-use orchard_env::{Backend, Driven, Env, EnvError, Settings, Task, TaskEnv, Via};
+use orchard_bench::task::Task as _;
+use orchard_env::{Backend, Driven, Env, Settings, Task, TaskEnv, Via};
 use orchard_lockstep::{Berths, Share};
 use orchard_policy::{Spaces, Values};
 use orchard_scenario::Scenario;
+use orchard_tasks::component::{Component, ComponentPlan, Gentle, TrialOutcome, Trials};
+use orchard_tasks::stage::Processor;
 
 use crate::steppers::testing::device;
 
@@ -134,6 +138,29 @@ fn episodes_in_berths_are_those_of_the_cpu() {
     let (tally, frames) = (berths.tally(), 2 * (STEPS as u64 + 1) * 6);
     assert_eq!((tally.total(), tally.share_on_device()), (frames, 1.0), "{tally:?}");
     assert!(berths.refused().is_empty() && berths.lost().is_none());
+}
+
+/// The trials of a tree in a berth are those of the processor, each from the world's start.
+#[test]
+fn trials_in_berths_are_those_of_the_processor() {
+    let Some(gpu) = device() else { return };
+    let scenario = Scenario::of(&[("controller", "expert")]).unwrap();
+    let mut plan = ComponentPlan::new(scenario, "quick", vec![SEED], 1).unwrap();
+    let rules = &mut plan.protocol.component.gentle;
+    rules.time = rules.time.with_value(1.0).unwrap();
+    rules.targets = rules.targets.with_value(2).unwrap();
+    let share = Share { condition: Gentle::NAME, scenario: &plan.scenario, episodes: 1 };
+    let berths = Berths::new(&gpu, &[share], 1, 1).unwrap();
+    let stop = AtomicBool::new(false);
+    let [key] = &plan.keys(Gentle::NAME)[..] else { panic!("there is one tree") };
+    let there = Trials::<Gentle, _>::of(&plan, &berths).compute(key, &stop, &mut || ()).unwrap().unwrap();
+    let here = Trials::<Gentle, _>::of(&plan, &Processor).compute(key, &stop, &mut || ()).unwrap().unwrap();
+    assert_eq!(here.trials.len(), 2);
+    for (own, expected) in there.trials.iter().zip(&here.trials) {
+        assert_eq!((own.frames, &own.ended), (60, &TrialOutcome::TimeOver));
+        assert!(own.path_m > 0.1 && (own.path_m - expected.path_m).abs() < 1e-3, "{own:?}, {expected:?}");
+    }
+    assert_eq!((berths.tally().total(), berths.tally().share_on_device()), (120, 1.0));
 }
 
 /// Trees as measured, with dampers by ratio and fruit in clusters on stems that bend, give what they give on the CPU while the robot touches nothing.

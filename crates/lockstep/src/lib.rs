@@ -26,6 +26,7 @@
 //! # }
 //! ```
 
+mod berthed;
 mod berths;
 mod eyes;
 mod harvest;
@@ -35,9 +36,10 @@ mod seats;
 mod step;
 mod tally;
 
+pub use berthed::Berthed;
 pub use berths::{Berth, Berths, BerthsError, Share, samples};
 pub use eyes::Eyes;
-pub use harvest::{Berthed, Together};
+pub use harvest::Together;
 pub use lane::{Lockstep, LockstepError};
 pub use orchard_world::{Span, Turn};
 pub use profile::Profile;

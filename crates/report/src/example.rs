@@ -337,6 +337,7 @@ fn component(task: &str) -> ComponentSummary {
             config_hash: "0".repeat(64),
             scenario: Names::paper("baseline"),
             task: task.to_owned(),
+            backend: Backend::Cpu,
         },
         config_version: "v1".to_owned(),
         profile: "full".to_owned(),

@@ -15,6 +15,7 @@ mod matching;
 pub mod plan_file;
 pub mod protocol;
 pub mod seeds;
+pub mod stage;
 pub mod stall;
 pub mod vantage;
 pub mod verify;

@@ -38,12 +38,18 @@ pub enum TaskPlan {
         /// Seeds and trees.
         #[serde(flatten)]
         trees: TreeExtent,
+        /// Backend that moves the worlds.
+        #[serde(default, skip_serializing_if = "Backend::is_cpu")]
+        backend: Backend,
     },
     /// Gentle interaction: push through the canopy.
     Gentle {
         /// Seeds and trees.
         #[serde(flatten)]
         trees: TreeExtent,
+        /// Backend that moves the worlds.
+        #[serde(default, skip_serializing_if = "Backend::is_cpu")]
+        backend: Backend,
     },
     /// Scaling: time batches of trees.
     Scaling {
@@ -101,8 +107,8 @@ impl TaskPlan {
                 trees(extent.trees)
             }
             Self::Detect { trees: extent }
-            | Self::ReachAndGrasp { trees: extent }
-            | Self::Gentle { trees: extent } => trees(extent.trees),
+            | Self::ReachAndGrasp { trees: extent, .. }
+            | Self::Gentle { trees: extent, .. } => trees(extent.trees),
             Self::Scaling { .. } => Ok(()),
         }
     }
@@ -243,7 +249,7 @@ mod tests {
         vec![
             TaskPlan::Harvest { extent, backend: Backend::Cpu },
             TaskPlan::Detect { trees: trees() },
-            TaskPlan::Gentle { trees: trees() },
+            TaskPlan::Gentle { trees: trees(), backend: Backend::Gpu },
             TaskPlan::Scaling { profile: "full".into(), backend: Backend::Gpu },
         ]
     }
@@ -290,7 +296,7 @@ mod tests {
         assert!(harvest(|extent| extent.trees = u32::MAX).starts_with("harvest: trees: "));
         assert!(harvest(|extent| extent.horizon_s = 1e9).starts_with("harvest: horizon_s: "));
         let trees = TreeExtent { profile: "quick".into(), seeds: vec![7], trees: u32::MAX };
-        let e = TaskPlan::Gentle { trees }.check(&protocol).unwrap_err();
+        let e = TaskPlan::Gentle { trees, backend: Backend::Cpu }.check(&protocol).unwrap_err();
         assert!(e.starts_with("gentle: trees: "), "{e}");
     }
 

@@ -35,7 +35,7 @@ errors, canopy zones, and the detector with each of its gates switched off\n  \
 reach-and-grasp\n            hold a named fruit: success, time, path, loads on the wood\n  \
 gentle    push the hand through the canopy to a point behind it: success, time, loads on the wood\n  \
 scaling   frames per second of batches of 1 to 512 trees, by solver and by the differences between trees; no robot\n\n\
---backend gpu moves the worlds of harvest and scaling on a graphics device, in f32; cameras, rules and controllers stay on the\n\
+--backend gpu moves the worlds of all tasks but detect on a graphics device, in f32; cameras, rules and controllers stay on the\n\
 CPU. Such results are marked and belong on no leaderboard (docs/computation/gpu-world.md).\n\n\
 Files:\n  DIR/plan.json         the options of every task\n  \
 DIR/summary.json      harvest: metrics with 95 % intervals, zones, failure reasons, times of states, and the\n                        \
@@ -102,11 +102,11 @@ pub struct RunArgs {
     record: bool,
     #[command(flatten)]
     scenario: ScenarioArgs,
-    /// Processor that moves the worlds of harvest and scaling: cpu, or gpu (any Vulkan, Metal or DirectX 12 device). Cameras and
+    /// Processor that moves the worlds, of all tasks but detect: cpu, or gpu (any Vulkan, Metal or DirectX 12 device). Cameras and
     /// controllers always run on the CPU [default: cpu]
     #[arg(long, value_name = "cpu|gpu")]
     backend: Option<Backend>,
-    /// Episodes of the harvest that advance together on a graphics device [default: all, at most 512]
+    /// Episodes, or trees of a task with trials, that advance together on a graphics device [default: all, at most 512]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16384))]
     lanes: Option<u32>,
     /// Threads [default: as many as the machine has]

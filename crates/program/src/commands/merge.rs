@@ -106,12 +106,12 @@ fn common(folders: &[PathBuf], files: &[PlanFile]) -> Result<Vec<(PlannedTask, S
 mod tests {
     use super::*;
     use orchard_bench::SCHEMA_VERSION;
-    use orchard_tasks::plan_file::{TaskPlan, TreeExtent};
+    use orchard_tasks::plan_file::{Backend, TaskPlan, TreeExtent};
 
     fn file(code: &str, trees: u32, preset: &str) -> PlanFile {
         let trees = TreeExtent { profile: "quick".into(), seeds: vec![1], trees };
         let scenario = Scenario::of(&[("preset", preset)]).unwrap().stored();
-        let plan = TaskPlan::Gentle { trees };
+        let plan = TaskPlan::Gentle { trees, backend: Backend::Cpu };
         let hash = scenario.hash.clone();
         let planned =
             PlannedTask { code_version: code.into(), shard: Shard::WHOLE, plan, scenario: hash.clone() };

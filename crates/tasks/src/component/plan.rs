@@ -7,6 +7,7 @@ use orchard_quantity::ConfigError;
 use orchard_scenario::{Names, Scenario};
 use serde::{Deserialize, Serialize};
 
+use crate::backend::Backend;
 use crate::component::task::Component;
 use crate::protocol::Protocol;
 
@@ -23,6 +24,8 @@ pub struct ComponentPlan {
     pub trees: u32,
     /// Protocol constants.
     pub protocol: Protocol,
+    /// Backend that moves the worlds.
+    pub backend: Backend,
 }
 
 /// Common part of the keys of a run's trees.
@@ -39,6 +42,9 @@ pub struct ComponentRun {
     pub scenario: Names,
     /// The task.
     pub task: String,
+    /// Backend that moved the worlds.
+    #[serde(default, skip_serializing_if = "Backend::is_cpu")]
+    pub backend: Backend,
 }
 
 /// Key of a tree's record: all inputs that determine it.
@@ -60,7 +66,8 @@ impl ComponentPlan {
     /// The protocol does not have the scenario's rules.
     pub fn new(scenario: Scenario, profile: &str, seeds: Vec<u64>, trees: u32) -> Result<Self, ConfigError> {
         let protocol = Protocol::of_scenario(&scenario)?;
-        Ok(Self { scenario, profile: profile.to_owned(), seeds, trees, protocol })
+        let backend = Backend::Cpu;
+        Ok(Self { scenario, profile: profile.to_owned(), seeds, trees, protocol, backend })
     }
 
     /// Checks the user's input.
@@ -93,6 +100,7 @@ impl ComponentPlan {
             config_hash: self.config_hash(),
             scenario: self.scenario.names().clone(),
             task: task.to_owned(),
+            backend: self.backend,
         }
     }
 

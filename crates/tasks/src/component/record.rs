@@ -94,6 +94,7 @@ impl<C: Component> Record for TreeRecord<C> {
     type Key = ComponentKey;
 
     const FOLDER: &'static str = C::NAME;
+    const OPTIONAL: &'static [&'static str] = &["backend"];
 
     fn key(&self) -> &ComponentKey {
         &self.key

@@ -12,6 +12,8 @@ use crate::component::record::TreeRecord;
 use crate::component::summary::ComponentSummary;
 use crate::component::task::Component;
 use crate::component::trial::run_trial;
+use crate::harvest::adapter::Simulated;
+use crate::stage::{Processor, Stage};
 
 /// A finished run.
 pub type ComponentResult<C> = TaskResult<TreeRecord<C>, ComponentSummary>;
@@ -25,23 +27,24 @@ pub fn run<C: Component>(
     session: &Session<'_>,
     progress: &impl Progress<TreeRecord<C>>,
 ) -> Result<ComponentResult<C>, RunError> {
-    run_task(&Trials::of(plan), session, progress)
+    run_task(&Trials::of(plan, &Processor), session, progress)
 }
 
 /// A component task: the trials of every tree of a plan.
-pub struct Trials<'a, C> {
+pub struct Trials<'a, C, S> {
     plan: &'a ComponentPlan,
+    stage: &'a S,
     task: PhantomData<C>,
 }
 
-impl<'a, C: Component> Trials<'a, C> {
-    /// Builds the task of a plan.
-    pub fn of(plan: &'a ComponentPlan) -> Self {
-        Self { plan, task: PhantomData }
+impl<'a, C: Component, S: Stage> Trials<'a, C, S> {
+    /// Builds the task of a plan, with worlds that a stage computes.
+    pub fn of(plan: &'a ComponentPlan, stage: &'a S) -> Self {
+        Self { plan, stage, task: PhantomData }
     }
 }
 
-impl<C: Component> Task for Trials<'_, C> {
+impl<C: Component, S: Stage> Task for Trials<'_, C, S> {
     type Record = TreeRecord<C>;
     type Summary = ComponentSummary;
     const NAME: &'static str = C::NAME;
@@ -64,21 +67,28 @@ impl<C: Component> Task for Trials<'_, C> {
         let ComponentPlan { scenario, protocol, .. } = self.plan;
         let mut record =
             TreeRecord { key: key.clone(), never_built: None, trials: Vec::new(), task: PhantomData };
-        let mut world = match scenario.world(key.seed, key.world, 0) {
+        let place = self.stage.take(C::NAME);
+        let world = match scenario.world(key.seed, key.world, 0) {
             Ok(world) => world,
             Err(e) => {
                 record.never_built = Some(e.to_string());
                 return Ok(Some(record));
             }
         };
-        for target in C::targets(&world, &protocol.component, key.seed) {
-            world.reset();
+        let targets = C::targets(&world, &protocol.component, key.seed);
+        // A stage that has failed moves no world; what comes of it is not kept.
+        let Ok(mut simulated) = self.stage.enter(place, world) else { return Ok(None) };
+        for target in targets {
+            simulated.world_mut().reset();
+            if self.stage.renew(&mut simulated).is_err() {
+                return Ok(None);
+            }
             let Some(mut controller) = scenario.controller_with_goal(&C::goal(&target)) else {
                 unreachable!("the plan was checked")
             };
-            match run_trial::<C>(&mut world, &mut *controller, &target, protocol, stop, on_step) {
-                Some(trial) => record.trials.push(trial),
-                None => return Ok(None),
+            match run_trial::<C>(&mut simulated, &mut *controller, &target, protocol, stop, on_step) {
+                Some(trial) if self.stage.failed().is_none() => record.trials.push(trial),
+                _ => return Ok(None),
             }
         }
         Ok(Some(record))
@@ -91,6 +101,10 @@ impl<C: Component> Task for Trials<'_, C> {
 
     fn frame(&self) -> f64 {
         self.plan.scenario.spec().sim.frame()
+    }
+
+    fn at_once(&self, threads: usize) -> usize {
+        self.stage.at_once(threads)
     }
 
     fn sum_up(&self, records: &[TreeRecord<C>]) -> ComponentSummary {

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use crate::component::record::{TrialOutcome, TrialRecord};
 use crate::component::rules::ComponentRules;
 use crate::component::task::Component;
+use crate::harvest::adapter::Simulated;
 use crate::harvest::interface::GaveUp;
 use crate::protocol::Protocol;
 use crate::stall::StallWatch;
@@ -95,7 +96,7 @@ fn p_world_tcp(world: &World) -> Vec3 {
 
 /// Runs a trial from the world's start; `None` if `stop` was raised before its end. `on_frame` is called after every frame.
 pub(super) fn run_trial<C: Component>(
-    world: &mut World,
+    simulated: &mut impl Simulated,
     controller: &mut dyn Controller,
     target: &C::Target,
     protocol: &Protocol,
@@ -103,11 +104,11 @@ pub(super) fn run_trial<C: Component>(
     on_frame: &mut dyn FnMut(),
 ) -> Option<TrialRecord<C::Target>> {
     let rules: &ComponentRules = &protocol.component;
-    let frame = world.spec().sim.frame();
+    let frame = simulated.world().spec().sim.frame();
     let mut stall = StallWatch::new(&protocol.rules, frame);
-    let mut watch = TrialWatch::<C>::new(world, target, rules);
+    let mut watch = TrialWatch::<C>::new(simulated.world(), target, rules);
     let ended = loop {
-        let observation = world.observe();
+        let observation = simulated.world_mut().observe();
         if stall.stalled(&observation) {
             break TrialOutcome::Stalled;
         }
@@ -116,13 +117,15 @@ pub(super) fn run_trial<C: Component>(
         if stop.load(Ordering::Relaxed) {
             return None;
         }
-        world.step(&command);
+        simulated.advance(&command);
         on_frame();
+        let world = simulated.world_mut();
         let events = world.drain_events();
         if let Some(ended) = watch.after_step(world, &events, rules) {
             break ended;
         }
     };
+    let world = simulated.world();
     let load = world.wood_load();
     // The figures of a quarantined world are invalid, and JSON has no NaN.
     let number = |x: f64| if x.is_finite() { x } else { 0.0 };

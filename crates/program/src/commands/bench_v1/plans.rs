@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use orchard_picker::Kind;
 use orchard_scaling::ScalingRules;
 use orchard_scenario::Scenario;
+use orchard_tasks::component::{Gentle, ReachAndGrasp};
 use orchard_tasks::harvest::matrix::{EXHAUSTION, NOMINAL};
 use orchard_tasks::harvest::{Extent, Harvest};
 use orchard_tasks::plan_file::{Backend, TaskPlan, TreeExtent};
@@ -21,6 +22,7 @@ pub fn plans(args: &Args, scenario: &Scenario) -> Result<Vec<TaskPlan>, Failure>
     let harvest = Harvest::new(scenario.clone())?;
     let protocol = harvest.protocol();
     let trees = trees(args, protocol).map_err(Failure::BadInput)?;
+    let moved_by = args.run.backend.unwrap_or_default();
     let mut plans = Vec::new();
     for task in tasks(args) {
         if let Err(why) = fits(task, scenario) {
@@ -32,13 +34,12 @@ pub fn plans(args: &Args, scenario: &Scenario) -> Result<Vec<TaskPlan>, Failure>
         }
         plans.push(match task {
             TaskName::Harvest => {
-                let backend = args.run.backend.unwrap_or_default();
                 let extent = extent(args, &harvest, &trees).map_err(Failure::BadInput)?;
-                TaskPlan::Harvest { extent, backend }
+                TaskPlan::Harvest { extent, backend: moved_by }
             }
             TaskName::Detect => TaskPlan::Detect { trees: trees.clone() },
-            TaskName::ReachAndGrasp => TaskPlan::ReachAndGrasp { trees: trees.clone() },
-            TaskName::Gentle => TaskPlan::Gentle { trees: trees.clone() },
+            TaskName::ReachAndGrasp => TaskPlan::ReachAndGrasp { trees: trees.clone(), backend: moved_by },
+            TaskName::Gentle => TaskPlan::Gentle { trees: trees.clone(), backend: moved_by },
             TaskName::Scaling => TaskPlan::Scaling {
                 profile: args.run.profile.name().to_owned(),
                 backend: match args.run.backend {
@@ -67,8 +68,10 @@ pub fn task(
             }
         },
         TaskPlan::Detect { trees } => Box::new(detect::Detecting::new(scenario, trees)?),
-        TaskPlan::ReachAndGrasp { trees } => Box::new(component::Grasping::new(scenario, trees)?),
-        TaskPlan::Gentle { trees } => Box::new(component::Pushing::new(scenario, trees)?),
+        TaskPlan::ReachAndGrasp { trees, backend } => {
+            component::trials::<ReachAndGrasp>(scenario, trees, *backend, way)?
+        }
+        TaskPlan::Gentle { trees, backend } => component::trials::<Gentle>(scenario, trees, *backend, way)?,
         TaskPlan::Scaling { profile, backend } => {
             Box::new(scaling::Timing::new(scenario, profile, *backend)?)
         }
@@ -156,11 +159,7 @@ fn tasks(args: &Args) -> Vec<TaskName> {
         TaskName::Harvest => true,
         // Timings belong to one machine, so the task cannot be split into parts.
         TaskName::Scaling if is_part(args) => false,
-        TaskName::Detect | TaskName::ReachAndGrasp | TaskName::Gentle
-            if args.run.backend == Some(Backend::Gpu) =>
-        {
-            false
-        }
+        TaskName::Detect if args.run.backend == Some(Backend::Gpu) => false,
         _ => !of_harvest,
     };
     TaskName::ALL.into_iter().filter(applies).collect()
@@ -184,8 +183,18 @@ fn check_options(args: &Args) -> Result<(), String> {
             &[Harvest, ReachAndGrasp, Gentle],
             "the tasks harvest, reach-and-grasp and gentle",
         ),
-        ("--backend", args.run.backend.is_some(), &[Harvest, Scaling], "the tasks harvest and scaling"),
-        ("--lanes", args.run.lanes.is_some(), &[Harvest], "the task harvest"),
+        (
+            "--backend",
+            args.run.backend.is_some(),
+            &[Harvest, ReachAndGrasp, Gentle, Scaling],
+            "the tasks harvest, reach-and-grasp, gentle and scaling",
+        ),
+        (
+            "--lanes",
+            args.run.lanes.is_some(),
+            &[Harvest, ReachAndGrasp, Gentle],
+            "the tasks harvest, reach-and-grasp and gentle",
+        ),
     ];
     let run = tasks(args);
     for (option, given, tasks, names) in options {

@@ -104,7 +104,7 @@ fn options_of_tasks_that_are_not_run() {
 }
 
 #[test]
-fn the_backend_is_of_harvest_and_scaling() {
+fn the_backend_is_of_all_tasks_that_move_worlds() {
     let backend = |line: &[&str]| match plans_of(line).unwrap().pop() {
         Some(TaskPlan::Scaling { backend, .. }) => backend.name(),
         other => panic!("{other:?}"),
@@ -113,12 +113,15 @@ fn the_backend_is_of_harvest_and_scaling() {
     assert_eq!(backend(&["--tasks", "scaling", "--backend", "gpu"]), "gpu");
     assert_eq!(backend(&["--backend", "gpu"]), "gpu");
     let plans = plans_of(&["--backend", "gpu"]).unwrap();
-    assert_eq!(plans.iter().map(TaskPlan::task).collect::<Vec<_>>(), ["harvest", "scaling"]);
+    assert_eq!(
+        plans.iter().map(TaskPlan::task).collect::<Vec<_>>(),
+        ["harvest", "reach-and-grasp", "gentle", "scaling"]
+    );
     let TaskPlan::Harvest { extent, backend: Backend::Gpu } = &plans[0] else { panic!("{:?}", plans[0]) };
     assert!(extent.conditions.iter().any(|name| name.starts_with("terrain")), "{extent:?}");
     assert_eq!(
         plans_of(&["--tasks", "detect", "--backend", "gpu"]).unwrap_err(),
-        "--backend applies to the tasks harvest and scaling, which --tasks does not include"
+        "--backend applies to the tasks harvest, reach-and-grasp, gentle and scaling, which --tasks does not include"
     );
     assert_eq!(plans_of(&["--lanes", "4"]).unwrap_err(), "--lanes applies to --backend gpu alone");
     let line = ["bench-v1", "--backend", "tpu"];

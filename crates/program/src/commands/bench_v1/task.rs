@@ -11,6 +11,11 @@ use serde::Serialize;
 use super::bar::{Bar, RecordProgress};
 use crate::failure::Failure;
 
+/// Tells that a run ended with its graphics device, and why that was lost.
+pub fn lost_device(why: &str) -> String {
+    format!("the graphics device was lost: {why}; run the same command again to continue")
+}
+
 /// A task independent of the type of its records.
 pub trait AnyTask {
     /// Checks that the task's records may be written into the folder.

@@ -17,7 +17,7 @@ use orchard_tasks::plan_file::Backend;
 
 use super::bar::RecordProgress;
 use super::harvest::Harvesting;
-use super::task::PresentedTask;
+use super::task::{PresentedTask, lost_device};
 use super::way::Way;
 use crate::failure::Failure;
 
@@ -120,6 +120,6 @@ impl PresentedTask for OnDevice {
 
     fn failed(&self) -> Option<String> {
         let why = self.berths.lost()?;
-        Some(format!("the graphics device was lost: {why}; run the same command again to continue"))
+        Some(lost_device(&why))
     }
 }

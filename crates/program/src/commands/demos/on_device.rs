@@ -13,6 +13,7 @@ pub fn demonstrate(
     lanes: Option<u32>,
     threads: usize,
 ) -> Result<DemosResult, Failure> {
+    use crate::commands::bench_v1::task::lost_device;
     use crate::commands::bench_v1::together::{LANES, open_berths, say_where};
 
     let lanes = lanes.map_or(LANES, |lanes| lanes as usize).min(plan.episodes() as usize);
@@ -21,8 +22,7 @@ pub fn demonstrate(
         orchard_demos::run_in_berths(plan, session, &berths, bar)
     });
     if let Some(why) = berths.lost() {
-        let why = format!("the graphics device was lost: {why}; run the same command again to continue");
-        return Err(Failure::Failed(why));
+        return Err(Failure::Failed(lost_device(&why)));
     }
     say_where(&berths.tally());
     done
