@@ -1,5 +1,6 @@
 //! Task environments whose worlds move on a graphics device.
 
+use std::path::Path;
 use std::sync::Once;
 use std::sync::atomic::AtomicBool;
 
@@ -140,6 +141,32 @@ fn episodes_in_berths_are_those_of_the_cpu() {
     assert!(berths.refused().is_empty() && berths.lost().is_none());
 }
 
+/// A robot with more colliders than the kernels know takes berths beside the device, and says so.
+#[test]
+fn robots_that_a_device_cannot_step_are_beside_it() {
+    let Some(gpu) = device() else { return };
+    let (own, robot) = (Path::new(env!("CARGO_TARGET_TMPDIR")), Path::new("assets/robots/fr3-fixed"));
+    let robot = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().join(robot);
+    let folder = own.join("many-colliders");
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::copy(robot.join("robot.toml"), folder.join("robot.toml")).unwrap();
+    let urdf = std::fs::read_to_string(robot.join("robot.urdf")).unwrap();
+    let knob =
+        r#"<collision><origin xyz="0 0 0.1"/><geometry><box size="0.02 0.02 0.02"/></geometry></collision>"#;
+    let urdf = urdf.replacen("<collision>", &format!("{}<collision>", knob.repeat(30)), 1);
+    std::fs::write(folder.join("robot.urdf"), urdf).unwrap();
+    let scenario = Scenario::of(&[("robot", folder.to_str().unwrap())]).unwrap();
+    let share = Share { condition: "nominal", scenario: &scenario, episodes: 1 };
+    let berths = Berths::new(&gpu, &[share], 1, 1).unwrap();
+    let [(condition, why)] = berths.refused() else { panic!("{:?}", berths.refused()) };
+    assert!(condition == "nominal" && why.to_string().contains("colliders"), "{why}");
+    let mut berth = berths.take("nominal");
+    let world = scenario.world(SEED, 0, 0).unwrap();
+    berth.enter(&world).unwrap();
+    let world = berth.step(Box::new(world), &scenario.robot().start_command());
+    assert_eq!((world.frame(), berths.tally().frames["refused"]), (1, 1));
+}
+
 /// The trials of a tree in a berth are those of the processor, each from the world's start.
 #[test]
 fn trials_in_berths_are_those_of_the_processor() {
@@ -196,7 +223,7 @@ fn trees_in_wind_sway_as_on_the_cpu() {
     if !has_device() {
         return;
     }
-    let file = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("windy.toml");
+    let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join("windy.toml");
     let speed = r#"{ value = 6.0, range = [0.0, 12.0], unit = "m/s", source = "test" }"#;
     let text = format!("preset = \"windy\"\nbase = \"measured-wood\"\n[wind]\nspeed = {speed}\n");
     std::fs::write(&file, text).unwrap();

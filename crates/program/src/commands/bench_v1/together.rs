@@ -38,7 +38,7 @@ pub fn open_berths(
         BerthsError::Threads(e) => Failure::Failed(e.to_string()),
     })?;
     for (condition, why) in berths.refused() {
-        say!("{condition} is computed in f64: {why}");
+        say!("{condition}: computed in f64, since {why}");
     }
     Ok(Arc::new(berths))
 }
