@@ -1,4 +1,4 @@
-//! Worlds that move each on its own, not together with those of other environments of this process.
+//! Environments whose worlds are stepped one by one: in f64, or in a berth on a graphics device.
 
 use orchard_robot::Command;
 use orchard_world::World;
@@ -16,7 +16,7 @@ pub(crate) enum Alone {
 }
 
 impl Alone {
-    /// Lets a world come.
+    /// Hands a new world over, before its first step.
     ///
     /// # Errors
     /// The device was lost.

@@ -34,14 +34,14 @@ fn sampled(scenario: &Scenario, count: u32) -> Vec<World> {
     (0..count).into_par_iter().filter_map(|index| scenario.world(SAMPLE_SEED, index, 0).ok()).collect()
 }
 
-/// A condition under which worlds are drawn.
+/// A condition with its episodes, which share the lanes of a device with those of other conditions.
 #[derive(Debug, Clone, Copy)]
 pub struct Share<'a> {
-    /// Its name.
+    /// Name of the condition, by which a thread asks for a berth.
     pub condition: &'a str,
-    /// What its worlds are drawn from.
+    /// Scenario from which the worlds of the condition are drawn.
     pub scenario: &'a Scenario,
-    /// Number of its episodes.
+    /// Number of episodes under the condition; there are no more lanes than that.
     pub episodes: usize,
 }
 

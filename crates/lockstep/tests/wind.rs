@@ -36,7 +36,9 @@ fn apart(one: &World, other: &World) -> Vec<f64> {
     all
 }
 
-/// Two worlds in wind change their lanes; one comes later, and one leaves the device for a frame. They sway as alone; of fruit that knock against others of their cluster, one in five at most, the rounding grows faster.
+/// Two worlds in wind change their lanes; one comes later, and one leaves the device for a frame. They sway as alone.
+///
+/// The limits are our own and were set after the first run: rounding grows faster where fruit of a cluster knock against each other, so that some fruit of `calibrated` were off by up to 0.022 of the largest way, and 80 % of all by less than 1e-3.
 #[test]
 fn worlds_in_wind_sway_on_the_device_as_alone() {
     let Some(gpu) = device() else { return };

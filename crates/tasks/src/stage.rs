@@ -1,10 +1,10 @@
-//! Where worlds are computed: on the processor, or elsewhere.
+//! Stages compute the worlds of tasks: the processor in f64, or what another crate adds, such as a graphics device.
 
 use orchard_world::World;
 
 use crate::harvest::adapter::Simulated;
 
-/// Computes worlds, each in a place.
+/// A stage computes worlds. Each world takes a place, is stepped there, and gives the place back when it is dropped.
 pub trait Stage: Sync {
     /// A place of one world.
     type Place;

@@ -22,7 +22,7 @@ pub(crate) struct LaneNumbers {
     dampers: Vec<[f32; QUAD]>,
     touches: Vec<[f32; QUAD]>,
     fruit: Vec<[f32; QUAD]>,
-    /// Those of its wind, with their places.
+    /// Quads of the wind in the buffer of links, each with its place there.
     winds: Vec<(u32, [f32; QUAD])>,
     worlds: Vec<f32>,
 }

@@ -24,7 +24,7 @@ pub struct Room {
     pub(super) loads: usize,
     pub(super) leaves: usize,
     pub(super) fruit: usize,
-    /// Fours of places at which the air is sampled.
+    /// Number of groups of four places at which the air is sampled.
     pub(super) fours: usize,
     depth: usize,
 }

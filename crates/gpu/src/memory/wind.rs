@@ -9,13 +9,13 @@ use super::{Memory, Place};
 use crate::layout::{QUAD, air, link, tile, wave};
 use crate::schedule::PARTS;
 
-/// Fours of places at which a tree samples the air; none in still air.
+/// Number of groups of four places at which a tree samples the air; 0 in still air.
 pub(super) fn fours(plant: &Plant) -> usize {
     plant.weather.as_ref().map_or(0, |weather| weather.sail().places().p_world().len().div_ceil(QUAD))
 }
 
 impl Memory {
-    /// Places and drag areas of a world's links, and the waves of its gusts, with their places in the buffer of links, both in quads; nothing in still air.
+    /// Returns what the device needs of a world's wind: drag areas of the links, waves of the gusts, and shares of the mean speed. Each quad comes with its place in the buffer of links. Empty in still air.
     pub(super) fn wind_quads(&self, plant: &Plant, place: &Place) -> Vec<(u32, [f32; QUAD])> {
         let Some(weather) = &plant.weather else { return Vec::new() };
         let (wind, places) = (weather.wind(), weather.sail().places());

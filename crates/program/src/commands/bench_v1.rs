@@ -102,7 +102,7 @@ pub struct RunArgs {
     record: bool,
     #[command(flatten)]
     scenario: ScenarioArgs,
-    /// Processor that moves the worlds, of all tasks but detect: cpu, or gpu (any Vulkan, Metal or DirectX 12 device). Cameras and
+    /// Processor that moves the worlds: cpu, or gpu (any Vulkan, Metal or DirectX 12 device). Cameras and
     /// controllers always run on the CPU [default: cpu]
     #[arg(long, value_name = "cpu|gpu")]
     backend: Option<Backend>,
