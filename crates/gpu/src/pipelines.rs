@@ -54,10 +54,13 @@ impl Kernels {
         source: String,
         buffers: &[(BufferBindingType, bool)],
     ) -> Self {
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some(label),
-            source: wgpu::ShaderSource::Wgsl(source.into()),
-        });
+        let module = without_loop_counters(
+            device,
+            wgpu::ShaderModuleDescriptor {
+                label: Some(label),
+                source: wgpu::ShaderSource::Wgsl(source.into()),
+            },
+        );
         let entries: Vec<_> = (0..)
             .zip(buffers)
             .map(|(binding, &(ty, has_dynamic_offset))| wgpu::BindGroupLayoutEntry {
@@ -91,4 +94,14 @@ impl Kernels {
             cache: None,
         })
     }
+}
+
+/// Reads a source without the counters that `wgpu` puts into every loop against loops without end, which cost a third of the time of some kernels (`docs/decisions/0034-kernels-without-loop-counters.md`).
+/// All other checks stay: no kernel reads or writes outside of its buffers.
+#[expect(unsafe_code, reason = "the one promise to `wgpu` that all loops end")]
+fn without_loop_counters(device: &wgpu::Device, source: wgpu::ShaderModuleDescriptor<'_>) -> ShaderModule {
+    let checks =
+        wgpu::ShaderRuntimeChecks { force_loop_bounding: false, ..wgpu::ShaderRuntimeChecks::checked() };
+    // SAFETY: every loop of our kernels counts up or down to a number that is fixed before it, takes one bit after the other from a word, or goes from a link to its parent, which comes before it.
+    unsafe { device.create_shader_module_trusted(source, checks) }
 }

@@ -66,6 +66,8 @@ pub(crate) fn source_of_worlds() -> String {
         include_str!("kernels/world_boxes.wgsl"),
         include_str!("kernels/world_near.wgsl"),
         include_str!("kernels/world_meet.wgsl"),
+        include_str!("kernels/world_answer.wgsl"),
+        include_str!("kernels/world_respond.wgsl"),
         include_str!("kernels/world_paths.wgsl"),
         include_str!("kernels/world_rod.wgsl"),
         include_str!("kernels/world_newton.wgsl"),

@@ -190,22 +190,34 @@ fn couple() {
     }
 }
 
-// Impulse on a joint, and its diagonal entry of the matrix, under the present servos and losses.
-fn driven(i: u32) -> vec2f {
-    let servo = servos[i];
-    let loss = losses[i];
-    let damping = servo.damping + loss.damping + loss.stuck / robot.creep;
-    let stretch = q(i) - servo.rest + robot.h * v(i);
+// A joint at the start of a substep: coordinate and velocity; impulse on it and its diagonal entry of the matrix, without servo and losses; and these.
+struct Driven {
+    q: f32,
+    v: f32,
+    impulse: f32,
+    diagonal: f32,
+    servo: Servo,
+    loss: Loss,
+}
+
+// Impulse on a joint, and its diagonal entry of the matrix, under its present servo and losses.
+fn driven(own: Driven) -> vec2f {
+    let damping = own.servo.damping + own.loss.damping + own.loss.stuck / robot.creep;
+    let stretch = own.q - own.servo.rest + robot.h * own.v;
     return vec2f(
-        impulse[i] + robot.h * (servo.torque + loss.torque - damping * v(i) - servo.stiffness * stretch),
-        matrix[entry(i, i)] + robot.h * (damping + robot.h * servo.stiffness),
+        own.impulse + robot.h * (own.servo.torque + own.loss.torque - damping * own.v - own.servo.stiffness * stretch),
+        own.diagonal + robot.h * (damping + robot.h * own.servo.stiffness),
     );
+}
+
+fn joint_driven(i: u32) -> Driven {
+    return Driven(q(i), v(i), impulse[i], matrix[entry(i, i)], servos[i], losses[i]);
 }
 
 // Solves the substep for the changes of the velocities, under the present servos and losses.
 fn solve() {
     for (var i = 0u; i < robot.dofs; i++) {
-        let own = driven(i);
+        let own = driven(joint_driven(i));
         var rest = own.x;
         var pivot = own.y;
         for (var j = 0u; j < i; j++) {

@@ -226,20 +226,33 @@ fn cap_overshoot() -> bool {
 }
 
 fn cap_joint(arm: ArmJoint) -> bool {
-    var is_capped = false;
-    let drive = servos[arm.dof];
-    let end = new_v(arm.dof);
-    let exerted = drive.stiffness * (drive.rest - new_q(arm.dof)) - drive.damping * end + drive.torque;
+    let own = limited(arm, joint_driven(arm.dof), change[arm.dof]);
+    servos[arm.dof] = own.servo;
+    losses[arm.dof] = own.loss;
+    return own.is_capped;
+}
+
+// Servo and losses of a joint whose velocity changes, with their limits; `is_capped` if they have changed.
+struct Limited {
+    servo: Servo,
+    loss: Loss,
+    is_capped: bool,
+}
+
+fn limited(arm: ArmJoint, own: Driven, change_of_v: f32) -> Limited {
+    var of_joint = Limited(own.servo, own.loss, false);
+    let v_end = own.v + change_of_v;
+    let q_end = own.q + robot.h * v_end;
+    let exerted = own.servo.stiffness * (own.servo.rest - q_end) - own.servo.damping * v_end + own.servo.torque;
     if abs(exerted) > arm.effort {
-        servos[arm.dof] = constant_effort(with_sign(arm.effort, exerted));
-        is_capped = true;
+        of_joint.servo = constant_effort(with_sign(arm.effort, exerted));
+        of_joint.is_capped = true;
     }
-    let loss = losses[arm.dof];
-    if loss.stuck > 0.0 && abs(end) > robot.creep {
-        losses[arm.dof] = Loss(loss.torque - with_sign(loss.stuck, end), loss.damping, 0.0);
-        is_capped = true;
+    if own.loss.stuck > 0.0 && abs(v_end) > robot.creep {
+        of_joint.loss = Loss(own.loss.torque - with_sign(own.loss.stuck, v_end), own.loss.damping, 0.0);
+        of_joint.is_capped = true;
     }
-    return is_capped;
+    return of_joint;
 }
 
 // Opening of a finger and its slope, at a position of its driving joint; beyond its range the curve goes on straight.

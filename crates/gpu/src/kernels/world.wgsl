@@ -77,9 +77,14 @@ fn contact_at(contact: u32) -> u32 {
     return record_at() + (MEETING_FIELDS + contact * CONTACT_FIELDS) / QUAD;
 }
 
+// Four pairs of near colliders.
+fn pairs_at(four: u32) -> u32 {
+    return contact_at(MEETING_MOST_CONTACTS) + four;
+}
+
 // Responses of the robot's joints to a unit impulse along a row.
 fn response_at(row: u32) -> u32 {
-    return record_at() + (MEETING_FIELDS + MEETING_MOST_CONTACTS * CONTACT_FIELDS + row * ROBOT_DOFS) / QUAD;
+    return pairs_at(MEETING_MOST_PAIRS / QUAD) + row * (ROBOT_DOFS / QUAD);
 }
 
 fn path_at(way: u32, step: u32) -> u32 {
@@ -88,7 +93,11 @@ fn path_at(way: u32, step: u32) -> u32 {
 
 // Fields of a link of the tree, and of a fruit.
 fn touch(row: u32, field: u32) -> vec4f {
-    return works[place.touch + (row * (TOUCH_FIELDS / QUAD) + field / QUAD) * LANES];
+    return works[touch_place(row, field)];
+}
+
+fn touch_place(row: u32, field: u32) -> u32 {
+    return place.touch + (row * (TOUCH_FIELDS / QUAD) + field / QUAD) * LANES;
 }
 
 fn work_at(row: u32, field: u32) -> u32 {

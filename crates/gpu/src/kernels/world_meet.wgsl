@@ -1,5 +1,4 @@
-// Contacts of a world's robot with wood, hanging fruit, fruit in its hand, itself, posts, wires and level ground; of fruit in the hand with these; and of hanging fruit with each other; in a substep, after robot and tree have set up their systems and before they move. A workgroup is a world.
-// The law and its solution are those of `orchard_multibody::contact`.
+// Contact points of a world's robot with wood, hanging fruit, fruit in its hand, itself, posts, wires and level ground; of fruit in the hand with these; and of hanging fruit with each other; in a substep, after robot and tree have set up their systems and before they move. A workgroup is a world.
 
 // A collider of the robot, placed in the world.
 struct Solid {
@@ -26,82 +25,70 @@ struct Moving {
 var<workgroup> moving_links: array<vec4f, ROBOT_DOFS * SYSTEM_LINK_FIELDS / QUAD>;
 // Ball about each collider of the robot: centre and radius.
 var<workgroup> balls: array<vec4f, COLLIDER_MOST>;
-var<workgroup> pairs: array<u32, MEETING_MOST_PAIRS>;
 var<workgroup> counts: array<u32, LANES>;
 var<workgroup> agreed: u32;
-// 1 for each contact point for which there is room.
+// The contact points of all pairs, nine numbers each, and 1 for each for which there is room.
+var<workgroup> candidates: array<f32, MEETING_MOST_TOUCHES * TOUCH_NUMBERS>;
 var<workgroup> kept: array<u32, MEETING_MOST_TOUCHES>;
-// The contacts: numbers of their colliders, place, normal, gap.
-var<workgroup> contact_pair: array<u32, MEETING_MOST_CONTACTS>;
-var<workgroup> contact_p: array<vec3f, MEETING_MOST_CONTACTS>;
-var<workgroup> contact_n: array<vec3f, MEETING_MOST_CONTACTS>;
-var<workgroup> contact_gap: array<f32, MEETING_MOST_CONTACTS>;
-// First the touches of all pairs, nine numbers each; then the inverse inertia of the contacts: blocks of nine numbers, row after row, up to the diagonal.
-var<workgroup> large: array<f32, MEETING_MOST_CONTACTS * (MEETING_MOST_CONTACTS + 1u) / 2u * 9u>;
+// Pairs of the contacts.
+var<workgroup> met: array<u32, MEETING_MOST_CONTACTS>;
 
 const TOUCH_NUMBERS: u32 = 9u;
-// No second way.
-const NO_WAY: u32 = 0xffffffffu;
-// Fruit whose surfaces are farther apart than this [m], now and at the end of the substep if no velocity changes, have no contact. Our own choice: at rest most fruit of a cluster are a few
-// millimetres apart, and there is room for few contacts; what impulses bring together in a substep is met in the next one.
-const FRUIT_NEAR: f32 = 2e-3;
-// Depth by which two fruit must press into each other to make a world without other contacts solve for contacts [m], our own choice: several times the rounding of their gap. Fruit that have grown into each
-// other hang with a gap of 0.
-const FRUIT_SUNK: f32 = 1e-6;
 // Contacts of two fruit that stay open if no velocity changes come after those of the robot, which are nearer than this [m].
 const OPEN_FRUIT: f32 = 1.0;
 
-// Number of the thread, and of the contacts, the same in all threads.
+// Number of the thread.
 var<private> thread: u32;
-var<private> contacts: u32;
 // Contact points that were left out.
 var<private> left_out: u32;
 
-// Notes whether surfaces are near each other, so that the next kernel, of which few workgroups fit into a multiprocessor, leaves the other worlds at once.
-@compute @workgroup_size(LANES)
-fn seek(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) own_thread: u32) {
-    thread = own_thread;
-    enter_world(group.x);
-    if !agree(bitcast<u32>(worlds[world_at(WORLD_STOPPED)]) == 0u) {
-        return;
-    }
-    place_robot();
-    var near = 0u;
-    for (var index = thread; index < round_count(); index += LANES) {
-        near |= near_solids(round_number(index));
-    }
-    near |= near_itself(thread);
-    for (var own = thread; own < place.fruits && near == 0u; own += LANES) {
-        near |= near_fruit(own, -FRUIT_SUNK, 0u, false) + near_standing(own, 0u, false);
-    }
-    let is_near = before_and_all(select(0u, 1u, near != 0u)).y != 0u;
-    if thread == 0u {
-        meetings[system_at(SYSTEM_CONTACTS)] = vec4f(0.0, bitcast<f32>(select(0u, 1u, is_near)), 0.0, 0.0);
-        if !is_near {
-            note_losses(0u, 0u);
-        }
-    }
-}
-
+// Finds the contacts of the near pairs.
 @compute @workgroup_size(LANES)
 fn meet(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) own_thread: u32) {
     thread = own_thread;
     enter_world(group.x);
     let runs = bitcast<u32>(worlds[world_at(WORLD_STOPPED)]) == 0u;
-    if !agree(runs && bitcast<u32>(system(SYSTEM_NEAR)) != 0u) {
+    let pair_count = shared_number(select(0u, bitcast<u32>(system(SYSTEM_NEAR)), runs));
+    if pair_count == 0u {
         return;
     }
-    place_robot();
-    let pair_count = find_pairs();
+    place_links();
+    place_balls();
     let touch_count = find_touches(pair_count);
-    contacts = shared_number(choose_contacts(touch_count));
+    let count = shared_number(choose_contacts(touch_count));
+    var last = vec3f(0.0);
+    if thread < count {
+        last = impulse_before(thread);
+    }
+    storageBarrier();
+    if thread < count {
+        meetings[contact_at(thread)] = vec4f(last, bitcast<f32>(met[thread]));
+    }
     if thread == 0u {
-        meetings[system_at(SYSTEM_CONTACTS)] = vec4f(bitcast<f32>(contacts), 0.0, 0.0, 0.0);
-        note_losses(pair_count, touch_count);
+        meetings[system_at(SYSTEM_CONTACTS)].x = bitcast<f32>(count);
+        note_contacts(count, pair_count, touch_count);
     }
-    if contacts > 0u {
-        answer();
+}
+
+// Impulse of the substep before, if the pair was in contact then; points of a pair are matched in their order. It changes how fast the solve converges, and
+// its result only below its tolerance.
+fn impulse_before(contact: u32) -> vec3f {
+    let pair = met[contact];
+    var before = 0u;
+    for (var k = 0u; k < contact; k++) {
+        before += select(0u, 1u, met[k] == pair);
     }
+    let last = min(bitcast<u32>(meetings[record_at() + 1u].w), MEETING_MOST_CONTACTS);
+    for (var k = 0u; k < last; k++) {
+        let old = meetings[contact_at(k)];
+        if bitcast<u32>(old.w) == pair {
+            if before == 0u {
+                return old.xyz;
+            }
+            before--;
+        }
+    }
+    return vec3f(0.0);
 }
 
 // True if it is true in the first thread; a barrier.
@@ -172,12 +159,16 @@ fn placed_solid(solid: u32) -> Solid {
     );
 }
 
-// Reads the motion of the robot, and places the balls about its colliders; a barrier at the end.
-fn place_robot() {
+// Reads the motion of the robot; a barrier at the end.
+fn place_links() {
     for (var k = thread; k < robot.dofs * (SYSTEM_LINK_FIELDS / QUAD); k += LANES) {
         moving_links[k] = meetings[system_at(SYSTEM_LINK + QUAD * k)];
     }
     workgroupBarrier();
+}
+
+// Places the balls about the robot's colliders; a barrier at the end.
+fn place_balls() {
     if thread < head(HEAD_COLLIDERS) {
         let on = moving(link_of_solid(thread));
         let centre = bitcast<vec3f>(collider_quad(thread, COLLIDER_CENTRE).xyz);
@@ -315,7 +306,8 @@ fn find_touches(pair_count: u32) -> u32 {
     for (var first = 0u; first < known; first += LANES) {
         touches_found = 0u;
         let is_pair = first + thread < known;
-        let pair = pairs[min(first + thread, known - 1u)];
+        let number = min(first + thread, known - 1u);
+        let pair = bitcast<u32>(meetings[pairs_at(number / QUAD)][number % QUAD]);
         if is_pair {
             touch_pair(pair);
         }
@@ -333,13 +325,13 @@ fn find_touches(pair_count: u32) -> u32 {
                 let own = touches[k];
                 let at = place_of_touch * TOUCH_NUMBERS;
                 for (var axis = 0u; axis < 3u; axis++) {
-                    large[at + axis] = own.p[axis];
-                    large[at + 3u + axis] = own.n[axis];
+                    candidates[at + axis] = own.p[axis];
+                    candidates[at + 3u + axis] = own.n[axis];
                 }
-                large[at + 6u] = own.gap;
+                candidates[at + 6u] = own.gap;
                 let ahead = own.gap + robot.h * dot(own.n, relative_velocity(pair, own.p));
-                large[at + 7u] = select(ahead, ahead + OPEN_FRUIT, ahead > 0.0 && is_of_fruit(pair));
-                large[at + 8u] = bitcast<f32>(pair);
+                candidates[at + 7u] = select(ahead, ahead + OPEN_FRUIT, ahead > 0.0 && is_of_fruit(pair));
+                candidates[at + 8u] = bitcast<f32>(pair);
             }
         }
         found += places.y;
@@ -358,13 +350,13 @@ fn choose_contacts(touch_count: u32) -> u32 {
     for (var own = 0u; own < known; own++) {
         if kept[own] != 0u && own % LANES == thread {
             let at = own * TOUCH_NUMBERS;
-            contact_pair[count] = bitcast<u32>(large[at + 8u]);
-            contact_p[count] = vec3f(large[at], large[at + 1u], large[at + 2u]);
-            contact_n[count] = vec3f(large[at + 3u], large[at + 4u], large[at + 5u]);
-            contact_gap[count] = large[at + 6u];
+            met[count] = bitcast<u32>(candidates[at + 8u]);
+            let n = vec3f(candidates[at + 3u], candidates[at + 4u], candidates[at + 5u]);
+            meetings[contact_at(count) + 1u] = vec4f(n, candidates[at + 6u]);
+            meetings[contact_at(count) + 2u] = vec4f(candidates[at], candidates[at + 1u], candidates[at + 2u], 0.0);
         }
         count += kept[own];
-        left_out += select(0u, 1u, kept[own] == 0u && large[own * TOUCH_NUMBERS + 7u] < OPEN_FRUIT);
+        left_out += select(0u, 1u, kept[own] == 0u && candidates[own * TOUCH_NUMBERS + 7u] < OPEN_FRUIT);
     }
     workgroupBarrier();
     return count;
@@ -377,31 +369,31 @@ fn is_kept(own: u32, known: u32) -> bool {
     for (var k = 0u; k < known; k++) {
         if is_nearer(k, own) {
             nearer++;
-            nearer_two += select(0u, 1u, goes_two_ways(bitcast<u32>(large[k * TOUCH_NUMBERS + 8u])));
+            nearer_two += select(0u, 1u, goes_two_ways(bitcast<u32>(candidates[k * TOUCH_NUMBERS + 8u])));
         }
     }
-    let has_way = nearer_two < MEETING_MOST_WAYS - MEETING_MOST_CONTACTS || !goes_two_ways(bitcast<u32>(large[own * TOUCH_NUMBERS + 8u]));
+    let has_way = nearer_two < MEETING_MOST_WAYS - MEETING_MOST_CONTACTS || !goes_two_ways(bitcast<u32>(candidates[own * TOUCH_NUMBERS + 8u]));
     return nearer < MEETING_MOST_CONTACTS && has_way;
 }
 
 // True if a touch will be nearer than another; of equal ones the first is.
 fn is_nearer(touch: u32, other: u32) -> bool {
-    let a = large[touch * TOUCH_NUMBERS + 7u];
-    let b = large[other * TOUCH_NUMBERS + 7u];
+    let a = candidates[touch * TOUCH_NUMBERS + 7u];
+    let b = candidates[other * TOUCH_NUMBERS + 7u];
     return a < b || (a == b && touch < other);
 }
 
-// Counts what there was no room for.
-fn note_losses(pair_count: u32, touch_count: u32) {
+// Notes how many contacts there are, and counts what there was no room for.
+fn note_contacts(count: u32, pair_count: u32, touch_count: u32) {
     let lost = max(pair_count, MEETING_MOST_PAIRS) - MEETING_MOST_PAIRS
         + max(touch_count, MEETING_MOST_TOUCHES) - MEETING_MOST_TOUCHES + left_out;
     var a = meetings[record_at()];
     var b = meetings[record_at() + 1u];
-    a.x = bitcast<f32>(contacts);
+    a.x = bitcast<f32>(count);
     a.y = bitcast<f32>(bitcast<u32>(a.y) + lost);
-    a.w = select(a.w, 0.0, contacts == 0u);
+    a.w = select(a.w, 0.0, count == 0u);
     b.z = bitcast<f32>(max(bitcast<u32>(b.z), touch_count));
-    b.w = select(b.w, 0.0, contacts == 0u);
+    b.w = bitcast<f32>(count);
     meetings[record_at()] = a;
     meetings[record_at() + 1u] = b;
 }

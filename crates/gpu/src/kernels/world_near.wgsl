@@ -1,4 +1,40 @@
-// Search for colliders of a world that are near each other, a bound about each.
+// Search for colliders of a world that are near each other, a bound about each. A workgroup is a world.
+
+var<workgroup> pairs: array<u32, MEETING_MOST_PAIRS>;
+
+// Fruit whose surfaces are farther apart than this [m], now and at the end of the substep if no velocity changes, have no contact. Our own choice: at rest most fruit of a cluster are a few
+// millimetres apart, and there is room for few contacts; what impulses bring together in a substep is met in the next one.
+const FRUIT_NEAR: f32 = 2e-3;
+// Depth by which two fruit must press into each other to make a world without other contacts solve for contacts [m], our own choice: several times the rounding of their gap. Fruit that have grown into each
+// other hang with a gap of 0.
+const FRUIT_SUNK: f32 = 1e-6;
+
+// True if a pair is of other things than two hanging fruit, or of two that press into each other.
+var<private> matters: bool;
+
+// Keeps the pairs of colliders that are near each other; none in a world where only hanging fruit are near each other, and none presses into another.
+@compute @workgroup_size(LANES)
+fn seek(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) own_thread: u32) {
+    thread = own_thread;
+    enter_world(group.x);
+    if !agree(bitcast<u32>(worlds[world_at(WORLD_STOPPED)]) == 0u) {
+        return;
+    }
+    place_links();
+    place_balls();
+    let found = find_pairs();
+    let is_near = before_and_all(select(0u, 1u, matters)).y != 0u;
+    let four = thread * QUAD;
+    if is_near && four < found {
+        meetings[pairs_at(thread)] = bitcast<vec4f>(vec4u(pairs[four], pairs[four + 1u], pairs[four + 2u], pairs[four + 3u]));
+    }
+    if thread == 0u {
+        meetings[system_at(SYSTEM_CONTACTS)] = vec4f(0.0, bitcast<f32>(select(0u, found, is_near)), 0.0, 0.0);
+        if !is_near {
+            note_contacts(0u, 0u, 0u);
+        }
+    }
+}
 
 // A collider that is a capsule or a ball: start, axis, radius; the radius is negative if nothing meets it.
 struct Round {
@@ -118,6 +154,7 @@ fn extent(solid: Solid, n: vec3f) -> f32 {
 // Finds the pairs whose surfaces may be nearer than the margin, in the order of their colliders; returns their number, for all of which there may be no room.
 fn find_pairs() -> u32 {
     var found = 0u;
+    matters = false;
     for (var first = 0u; first < round_count(); first += LANES) {
         let index = first + thread;
         let number = round_number(index);
@@ -130,10 +167,10 @@ fn find_pairs() -> u32 {
     found = keep_pairs(near_itself(thread), first_solid() + thread, found);
     for (var first = 0u; first < place.fruits; first += LANES) {
         let own = first + thread;
-        let count = near_fruit(own, FRUIT_NEAR, 0u, false);
+        let count = near_fruit(own, 0u, false);
         let places = before_and_all(count + near_standing(own, 0u, false));
         if places.y > 0u {
-            near_fruit(own, FRUIT_NEAR, found + places.x, true);
+            near_fruit(own, found + places.x, true);
             near_standing(own, found + places.x + count, true);
         }
         found += places.y;
@@ -144,6 +181,7 @@ fn find_pairs() -> u32 {
 // Keeps the pairs of a collider with those of the robot behind the ones that were found; returns the number of all.
 fn keep_pairs(near: u32, number: u32, found: u32) -> u32 {
     var left = near;
+    matters |= near != 0u;
     let places = before_and_all(countOneBits(left));
     var at = found + places.x;
     while left != 0u {
@@ -179,14 +217,15 @@ fn near_standing(own: u32, first: u32, keeps: bool) -> u32 {
             if keeps && first + found < MEETING_MOST_PAIRS {
                 pairs[first + found] = pair_of(place.segments + own, other);
             }
+            matters = true;
             found++;
         }
     }
     return found;
 }
 
-// Number of the later fruit of which the gap to a hanging one is smaller than `within`, now or at the end of the substep if no velocity changes; keeps the pairs from a place on, if `keeps`.
-fn near_fruit(own: u32, within: f32, first: u32, keeps: bool) -> u32 {
+// Number of the later fruit that are near a hanging one, now or at the end of the substep if no velocity changes; keeps the pairs from a place on, if `keeps`.
+fn near_fruit(own: u32, first: u32, keeps: bool) -> u32 {
     if bitcast<f32>(head(HEAD_FRUIT_STIFFNESS)) == 0.0 || own >= place.fruits {
         return 0u;
     }
@@ -209,7 +248,9 @@ fn near_fruit(own: u32, within: f32, first: u32, keeps: bool) -> u32 {
         let pair = pair_of(place.segments + own, place.segments + other);
         let gap = distance - reach + bitcast<f32>(head(HEAD_MARGIN)) + overlap_of(pair);
         let closing = dot(fruit(row, FRUIT_V).xyz - fruit(other_row, FRUIT_V).xyz, apart) / max(distance, COINCIDENT);
-        if min(gap, gap + robot.h * closing) < within {
+        let least = min(gap, gap + robot.h * closing);
+        matters |= least < -FRUIT_SUNK;
+        if least < FRUIT_NEAR {
             if keeps && first + found < MEETING_MOST_PAIRS {
                 pairs[first + found] = pair;
             }

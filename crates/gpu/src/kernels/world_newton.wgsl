@@ -14,7 +14,6 @@ const MAX_ITERATIONS: u32 = 30u;
 // The line search ends when the slope has fallen to this share of the slope at its start.
 const SLOPE_SHARE: f32 = 0.1;
 const MAX_EVALUATIONS: u32 = 12u;
-const ACTIVE: u32 = 3u * MEETING_MOST_CONTACTS;
 
 // Impulse of the law at a velocity, and L of -d impulse / d v = L L^T; columns from `rank` on are zero.
 struct Response {
@@ -31,23 +30,24 @@ struct Law {
     v_hat: f32,
 }
 
-var<workgroup> parts: array<vec4f, LANES>;
+var<workgroup> parts: array<vec2f, LANES>;
 var<workgroup> factors: array<vec3f, MEETING_MOST_CONTACTS>;
 var<workgroup> roots: array<mat3x3f, MEETING_MOST_CONTACTS>;
-var<workgroup> starts: array<u32, MEETING_MOST_CONTACTS + 1u>;
-// Lower triangle of I + L^T W L, row after row, then its Cholesky factor but for the diagonal; the right-hand side is one more row.
-var<workgroup> triangle: array<f32, (ACTIVE + 1u) * (ACTIVE + 2u) / 2u>;
-var<workgroup> inverse_pivots: array<f32, ACTIVE>;
+// The contacts under load.
+var<workgroup> loaded: array<u32, MEETING_MOST_CONTACTS>;
+// Blocks of I + L^T W L of the contacts under load, as those of the inverse inertia, then its Cholesky factor with the inverses of its blocks on the diagonal; and the right-hand side.
+var<workgroup> blocks: array<f32, MEETING_MOST_CONTACTS * (MEETING_MOST_CONTACTS + 1u) / 2u * 9u>;
+var<workgroup> right: array<vec3f, MEETING_MOST_CONTACTS>;
 // Impulses of the contacts [N s], by row.
 var<workgroup> impulses: array<vec3f, MEETING_MOST_CONTACTS>;
 
 var<private> law: Law;
 
 // Sum over all contacts, the same in all threads; two barriers.
-fn sum_of(own: vec4f) -> vec4f {
+fn sum_of(own: vec2f) -> vec2f {
     parts[thread] = own;
     workgroupBarrier();
-    var sum = vec4f(0.0);
+    var sum = vec2f(0.0);
     for (var k = 0u; k < contacts; k++) {
         sum += parts[k];
     }
@@ -72,9 +72,9 @@ fn multiply(own: vec3f) -> vec3f {
 fn block(row: u32, column: u32) -> mat3x3f {
     let at = block_at(max(row, column), min(row, column));
     let own = mat3x3f(
-        large[at], large[at + 1u], large[at + 2u],
-        large[at + 3u], large[at + 4u], large[at + 5u],
-        large[at + 6u], large[at + 7u], large[at + 8u],
+        inertia[at], inertia[at + 1u], inertia[at + 2u],
+        inertia[at + 3u], inertia[at + 4u], inertia[at + 5u],
+        inertia[at + 6u], inertia[at + 7u], inertia[at + 8u],
     );
     // The numbers stand row after row.
     if row < column {
@@ -168,7 +168,7 @@ fn solve_contacts() {
         let own = block(thread, thread);
         w = sqrt(dot(own[0], own[0]) + dot(own[1], own[1]) + dot(own[2], own[2])) / 3.0;
         law = regularised(thread, w);
-        p = guess(thread);
+        p = meetings[contact_at(thread)].xyz * frame_of(thread);
         v = free_velocity[thread] + vec3f(robot_free[3u * thread], robot_free[3u * thread + 1u], robot_free[3u * thread + 2u]);
         v.z -= law.v_hat;
     }
@@ -181,7 +181,7 @@ fn solve_contacts() {
             response = respond(v);
         }
         let off = response.impulse - p;
-        let size = sum_of(vec4f(dot(p, p) + dot(response.impulse, response.impulse), 0.0, 0.0, 0.0)).x;
+        let size = sum_of(vec2f(dot(p, p) + dot(response.impulse, response.impulse), 0.0)).x;
         if agree(size == 0.0 || (iterations > 0u && step <= TOLERANCE) || iterations == MAX_ITERATIONS) {
             break;
         }
@@ -192,7 +192,7 @@ fn solve_contacts() {
         p += dp * length;
         v += dv * length;
         let least = select(0.0, FAINT * FAINT / w, is_contact);
-        let sizes = sum_of(vec4f(w * dot(dp, dp) * length * length, max(w * dot(p, p), least), 0.0, 0.0));
+        let sizes = sum_of(vec2f(w * dot(dp, dp) * length * length, max(w * dot(p, p), least)));
         step = sqrt(sizes.x / sizes.y);
     }
     if is_contact {
@@ -216,76 +216,53 @@ fn on_cone(p: vec3f) -> vec3f {
     return vec3f(select(p.xy, p.xy * (most / across), across > most), normal);
 }
 
-// Impulse of the substep before, if the pair was in contact then; points of a pair are matched in their order. It changes how fast the solve converges, and
-// its result only below its tolerance.
-fn guess(contact: u32) -> vec3f {
-    let pair = contact_pair[contact];
-    var before = 0u;
-    for (var k = 0u; k < contact; k++) {
-        before += select(0u, 1u, contact_pair[k] == pair);
-    }
-    let last = min(bitcast<u32>(meetings[record_at() + 1u].w), MEETING_MOST_CONTACTS);
-    for (var k = 0u; k < last; k++) {
-        let old = meetings[contact_at(k)];
-        if bitcast<u32>(old.w) == pair {
-            if before == 0u {
-                return old.xyz * frame_of(contact);
-            }
-            before--;
-        }
-    }
-    return vec3f(0.0);
-}
-
 // Newton's direction from the residual `off`, with the dense factor of the rows under load. With r = L a + s, s square to the columns of L, which are square
 // to each other,
 //     dp = r - L (I + L^T W L)^-1 L^T W r = s + L (I + L^T W L)^-1 (a - L^T W s);
 // the first form is the difference of nearly equal numbers, too much so for f32.
 fn direction(response: Response, off: vec3f) -> vec3f {
-    let is_contact = thread < contacts;
+    let is_loaded = thread < contacts && response.rank > 0u;
     let square = square_to(response, off);
     let w_square = multiply(square);
-    counts[thread] = select(0u, response.rank, is_contact);
-    workgroupBarrier();
-    var start = 0u;
-    var all_rows = 0u;
-    for (var k = 0u; k < contacts; k++) {
-        start += select(0u, counts[k], k < thread);
-        all_rows += counts[k];
-    }
-    if is_contact {
-        starts[thread] = start;
+    let places = before_and_all(select(0u, 1u, is_loaded));
+    if is_loaded {
+        loaded[places.x] = thread;
         roots[thread] = response.root;
+        right[places.x] = vec3f(
+            part_along(response.root[0], off, w_square),
+            part_along(response.root[1], off, w_square),
+            part_along(response.root[2], off, w_square),
+        );
     }
-    let size = shared_number(all_rows);
-    if is_contact {
-        for (var j = 0u; j < response.rank; j++) {
-            let column = response.root[j];
-            triangle[row_at(size) + start + j] = dot(column, off) / dot(column, column) - dot(column, w_square);
-        }
-    }
-    let blocks = contacts * (contacts + 1u) / 2u;
-    for (var index = thread; index < blocks; index += LANES) {
+    let size = shared_number(places.y);
+    for (var index = thread; index < size * (size + 1u) / 2u; index += LANES) {
         let own = block_of(index);
-        let product = transpose(roots[own.x]) * block(own.x, own.y) * roots[own.y];
-        for (var i = 0u; i < counts[own.x]; i++) {
-            let row = starts[own.x] + i;
-            for (var j = 0u; j < counts[own.y] && starts[own.y] + j <= row; j++) {
-                let column = starts[own.y] + j;
-                triangle[row_at(row) + column] = product[j][i] + select(0.0, 1.0, row == column);
-            }
+        let rows = loaded[own.x];
+        let columns = loaded[own.y];
+        var product = transpose(roots[rows]) * block(rows, columns) * roots[columns];
+        if rows == columns {
+            // Rows behind the rank are those of the unit matrix.
+            product += mat3x3f(unit(0u), unit(1u), unit(2u));
         }
+        set_factor(index * 9u, product);
     }
     workgroupBarrier();
-    solve_active(size);
+    solve_loaded(size);
     var dp = square;
-    if is_contact {
-        for (var j = 0u; j < response.rank; j++) {
-            dp += response.root[j] * triangle[row_at(size) + start + j];
-        }
+    if is_loaded {
+        dp += response.root * right[places.x];
     }
     workgroupBarrier();
     return dp;
+}
+
+// A number of a - L^T W s, for a column of L; 0 for one that is zero.
+fn part_along(column: vec3f, off: vec3f, w_square: vec3f) -> f32 {
+    let size = dot(column, column);
+    if size == 0.0 {
+        return 0.0;
+    }
+    return dot(column, off) / size - dot(column, w_square);
 }
 
 // Part of a residual that is square to the columns of L.
@@ -307,46 +284,79 @@ fn square_to(response: Response, off: vec3f) -> vec3f {
     }
 }
 
-fn row_at(row: u32) -> u32 {
-    return row * (row + 1u) / 2u;
+fn factor_at(at: u32) -> mat3x3f {
+    return mat3x3f(
+        blocks[at], blocks[at + 1u], blocks[at + 2u],
+        blocks[at + 3u], blocks[at + 4u], blocks[at + 5u],
+        blocks[at + 6u], blocks[at + 7u], blocks[at + 8u],
+    );
 }
 
-// Solves for the right-hand side, in its place, by Cholesky's method. A barrier at the end.
-fn solve_active(size: u32) {
+fn set_factor(at: u32, own: mat3x3f) {
+    set_column(at, own[0]);
+    set_column(at + 3u, own[1]);
+    set_column(at + 6u, own[2]);
+}
+
+fn set_column(at: u32, own: vec3f) {
+    blocks[at] = own.x;
+    blocks[at + 1u] = own.y;
+    blocks[at + 2u] = own.z;
+}
+
+// Inverse of the Cholesky factor of a block.
+fn inverse_root(a: mat3x3f) -> mat3x3f {
+    let i_0 = inverseSqrt(a[0].x);
+    let l_1 = a[0].y * i_0;
+    let l_2 = a[0].z * i_0;
+    let i_1 = inverseSqrt(a[1].y - l_1 * l_1);
+    let l_3 = (a[1].z - l_1 * l_2) * i_1;
+    let i_2 = inverseSqrt(a[2].z - l_2 * l_2 - l_3 * l_3);
+    let n_1 = -l_1 * i_0 * i_1;
+    return mat3x3f(
+        vec3f(i_0, n_1, -(l_2 * i_0 + l_3 * n_1) * i_2),
+        vec3f(0.0, i_1, -l_3 * i_1 * i_2),
+        vec3f(0.0, 0.0, i_2),
+    );
+}
+
+// Solves for the right-hand side, in its place, by Cholesky's method in blocks: each column takes its part off all that is behind it. A barrier at the end.
+fn solve_loaded(size: u32) {
     for (var j = 0u; j < size; j++) {
-        // Every thread computes the pivot.
-        let of_j = row_at(j);
-        var pivot = triangle[of_j + j];
-        for (var k = 0u; k < j; k++) {
-            pivot -= triangle[of_j + k] * triangle[of_j + k];
-        }
-        let inverse = inverseSqrt(pivot);
-        for (var i = j + 1u + thread; i <= size; i += LANES) {
-            let of_i = row_at(i);
-            var sum = triangle[of_i + j];
-            for (var k = 0u; k < j; k++) {
-                sum -= triangle[of_i + k] * triangle[of_j + k];
-            }
-            triangle[of_i + j] = sum * inverse;
+        // Every thread computes the block on the diagonal.
+        let inverse = inverse_root(factor_at(block_at(j, j)));
+        let y = inverse * right[j];
+        workgroupBarrier();
+        for (var i = j + 1u + thread; i < size; i += LANES) {
+            let own = factor_at(block_at(i, j)) * transpose(inverse);
+            set_factor(block_at(i, j), own);
+            right[i] -= own * y;
         }
         if thread == 0u {
-            inverse_pivots[j] = inverse;
+            set_factor(block_at(j, j), inverse);
+            right[j] = y;
+        }
+        workgroupBarrier();
+        let left = size - j - 1u;
+        for (var index = thread; index < left * (left + 1u) / 2u; index += LANES) {
+            let own = block_of(index) + vec2u(j + 1u);
+            let at = block_at(own.x, own.y);
+            set_factor(at, factor_at(at) - factor_at(block_at(own.x, j)) * transpose(factor_at(block_at(own.y, j))));
         }
         workgroupBarrier();
     }
-    let rhs = row_at(size);
     for (var left = size; left > 0u; left--) {
         let i = left - 1u;
-        let x = triangle[rhs + i] * inverse_pivots[i];
+        let x = transpose(factor_at(block_at(i, i))) * right[i];
+        workgroupBarrier();
         for (var k = thread; k < i; k += LANES) {
-            triangle[rhs + k] -= triangle[row_at(i) + k] * x;
+            right[k] -= transpose(factor_at(block_at(i, k))) * x;
+        }
+        if thread == 0u {
+            right[i] = x;
         }
         workgroupBarrier();
-        if thread == 0u {
-            triangle[rhs + i] = x;
-        }
     }
-    workgroupBarrier();
 }
 
 // Length along the direction that minimises the cost, to a share of its first slope: the full step unless it overshoots, else the root of the slope by the
@@ -354,7 +364,7 @@ fn solve_active(size: u32) {
 fn search_line(off: vec3f, p: vec3f, dp: vec3f, v: vec3f, dv: vec3f) -> f32 {
     var low = 0.0;
     var high = 1.0;
-    var slope_low = -sum_of(vec4f(dot(dv, off), 0.0, 0.0, 0.0)).x;
+    var slope_low = -sum_of(vec2f(dot(dv, off), 0.0)).x;
     var slope_high = slope_at(p, dp, v, dv, 1.0);
     let goal = SLOPE_SHARE * abs(slope_low);
     if agree(slope_high <= goal || slope_low >= 0.0) {
@@ -385,5 +395,5 @@ fn slope_at(p: vec3f, dp: vec3f, v: vec3f, dv: vec3f, length: f32) -> f32 {
     if thread < contacts {
         slope = dot(dv, p + dp * length - respond(v + dv * length).impulse);
     }
-    return sum_of(vec4f(slope, 0.0, 0.0, 0.0)).x;
+    return sum_of(vec2f(slope, 0.0)).x;
 }

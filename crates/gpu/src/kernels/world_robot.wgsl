@@ -18,6 +18,8 @@ fn robot_begin(@builtin(workgroup_id) block: vec3u, @builtin(local_invocation_in
     if bits(ROBOT_STOPPED) == 0u {
         begin_robot(f32(rules.substeps - 1u - rules.substep) * robot.h);
         keep_system();
+        solve_with_limits();
+        keep_solution();
     }
     store_world(block.x, thread);
 }
@@ -53,7 +55,7 @@ fn keep_system() {
             let at = entry(row, column);
             meetings[system_at(SYSTEM_MATRIX + at)] = vec4f(matrix[at], matrix[at + 1u], matrix[at + 2u], matrix[at + 3u]);
         }
-        keep_drive(row);
+        keep_drive(row, packed(servos[row], losses[row]));
     }
     for (var dof = 0u; dof < robot.dofs; dof += QUAD) {
         meetings[system_at(SYSTEM_IMPULSE + dof)] = vec4f(impulse[dof], impulse[dof + 1u], impulse[dof + 2u], impulse[dof + 3u]);
@@ -61,12 +63,38 @@ fn keep_system() {
     keep_links();
 }
 
-// Keeps servo and losses of a joint.
-fn keep_drive(dof: u32) {
-    let own = servos[dof];
-    let loss = losses[dof];
-    meetings[system_at(SYSTEM_SERVO + QUAD * dof)] = vec4f(own.stiffness, own.damping, own.rest, own.torque);
-    meetings[system_at(SYSTEM_LOSS + QUAD * dof)] = vec4f(loss.torque, loss.damping, loss.stuck, 0.0);
+// Servo and losses of a joint, as they are kept.
+fn packed(own: Servo, loss: Loss) -> array<vec4f, 2> {
+    return array(vec4f(own.stiffness, own.damping, own.rest, own.torque), vec4f(loss.torque, loss.damping, loss.stuck, 0.0));
+}
+
+fn keep_drive(dof: u32, drive: array<vec4f, 2>) {
+    meetings[system_at(SYSTEM_SERVO + QUAD * dof)] = drive[0];
+    meetings[system_at(SYSTEM_LOSS + QUAD * dof)] = drive[1];
+}
+
+// Keeps the solution without contacts, with the limits that servos and friction have met.
+fn keep_solution() {
+    for (var dof = 0u; dof < robot.dofs; dof += QUAD) {
+        meetings[system_at(SYSTEM_CHANGE + dof)] = vec4f(change[dof], change[dof + 1u], change[dof + 2u], change[dof + 3u]);
+    }
+    for (var joint = 0u; joint < robot.arm_joints; joint++) {
+        let dof = robot.arm[joint].dof;
+        let drive = packed(servos[dof], losses[dof]);
+        let at = SYSTEM_LIMITED + 2u * QUAD * joint;
+        meetings[system_at(at)] = drive[0];
+        meetings[system_at(at + QUAD)] = drive[1];
+    }
+}
+
+// Puts the drives of the solution without contacts in the place of those that it started from.
+fn take_limits() {
+    for (var joint = 0u; joint < robot.arm_joints; joint++) {
+        let dof = robot.arm[joint].dof;
+        let at = SYSTEM_LIMITED + 2u * QUAD * joint;
+        meetings[system_at(SYSTEM_SERVO + QUAD * dof)] = meetings[system_at(at)];
+        meetings[system_at(SYSTEM_LOSS + QUAD * dof)] = meetings[system_at(at + QUAD)];
+    }
 }
 
 // Keeps the motion of the links, in the world.
@@ -95,7 +123,7 @@ fn keep_links() {
     }
 }
 
-// Moves the joints by the changes that the contacts have left, or solves the substep without contacts.
+// Moves the joints by the changes that are kept: those without contacts, or those that the contacts have left.
 @compute @workgroup_size(LANES)
 fn robot_end(@builtin(workgroup_id) block: vec3u, @builtin(local_invocation_index) thread: u32) {
     let index = block.x * LANES + thread;
@@ -107,44 +135,19 @@ fn robot_end(@builtin(workgroup_id) block: vec3u, @builtin(local_invocation_inde
     if bits(ROBOT_STOPPED) != 0u || is_held() {
         return;
     }
-    if bitcast<u32>(system(SYSTEM_CONTACTS)) == 0u {
-        take_system();
-        solve_with_limits();
-        // With the limits that servos and friction have met.
-        for (var joint = 0u; joint < robot.arm_joints; joint++) {
-            keep_drive(robot.arm[joint].dof);
-        }
-    } else {
-        for (var dof = 0u; dof < robot.dofs; dof++) {
-            change[dof] = system(SYSTEM_CHANGE + dof);
+    for (var dof = 0u; dof < robot.dofs; dof += QUAD) {
+        let four = meetings[system_at(SYSTEM_CHANGE + dof)];
+        for (var k = 0u; k < QUAD; k++) {
+            change[dof + k] = four[k];
         }
     }
     move_joints();
     if rules.substep + 1u == rules.substeps {
+        if bitcast<u32>(system(SYSTEM_CONTACTS)) == 0u {
+            take_limits();
+        }
         test_robot();
         stop_tree();
     }
     store_world(block.x, thread);
-}
-
-fn take_system() {
-    for (var row = 0u; row < robot.dofs; row++) {
-        for (var column = row / QUAD * QUAD; column < robot.dofs; column += QUAD) {
-            let at = entry(row, column);
-            let four = meetings[system_at(SYSTEM_MATRIX + at)];
-            for (var k = 0u; k < QUAD; k++) {
-                matrix[at + k] = four[k];
-            }
-        }
-        take_drive(row);
-    }
-}
-
-// Impulse, servo and losses of a joint.
-fn take_drive(dof: u32) {
-    let own = meetings[system_at(SYSTEM_SERVO + QUAD * dof)];
-    let loss = meetings[system_at(SYSTEM_LOSS + QUAD * dof)];
-    servos[dof] = Servo(own.x, own.y, own.z, own.w);
-    losses[dof] = Loss(loss.x, loss.y, loss.z);
-    impulse[dof] = system(SYSTEM_IMPULSE + dof);
 }

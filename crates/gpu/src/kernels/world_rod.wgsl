@@ -34,10 +34,7 @@ fn start_on_rod(row: u32, segment: u32, p: vec3f, directions: mat3x3f, change: v
     let r = p - fruit(row, FRUIT_P).xyz;
     let n = torques_on_rod(rod, r, directions);
     let y = about_each(rod.pivot.inverse, rod.e, n);
-    var forces = directions * rod.share;
-    for (var k = 0u; k < 3u; k++) {
-        forces[k] -= cross(y[k], rod.e) * rod.pivot.lever;
-    }
+    let forces = directions * rod.share + crossed(rod.e, y) * rod.pivot.lever;
     let link = row_word(segment) & 0xffffu;
     let second = touch(link, TOUCH_SECOND).xyz;
     let z = touch(link, TOUCH_Z).xyz;

@@ -25,6 +25,8 @@ fields! {
         C_21 = 19,
         /// Velocity at its joint [m/s] (3).
         V = 20,
+        /// 0, or 1 and the place of the first [`path`] that passes it among those of its world, as bits: there are its changes by contacts.
+        PASSED = 23,
         /// Number of fields.
         FIELDS = 24,
     }
@@ -42,16 +44,18 @@ fields! {
         LINK = 400,
         /// Number of fields of a link's motion.
         LINK_FIELDS = 20,
-        /// Changes of the joints' velocities, if there is a contact.
+        /// Changes of the joints' velocities.
         CHANGE = 720,
         /// Number of contacts, as bits.
         CONTACTS = 736,
-        /// Not 0 if the robot is near wood or fruit, as bits.
+        /// Number of pairs of colliders that are near each other, as bits.
         NEAR = 737,
+        /// Servos and losses of the arm's joints with the limits that they meet without contacts: 8 numbers a joint.
+        LIMITED = 740,
         /// Number of fields.
-        FIELDS = 740,
+        FIELDS = 804,
     }
-    /// A world's record of its contacts: numbers, then [`contact`] by [`contact`], then 16 responses of the robot's joints for each row of a contact, then [`path`] by
+    /// A world's record of its contacts: numbers, then [`contact`] by [`contact`], then the pairs of near colliders, then 16 responses of the robot's joints for each row of a contact, then [`path`] by
     /// [`path`], those of a contact from its link to the root.
     meeting {
         /// Number of contacts in the latest substep, as bits.
@@ -83,7 +87,7 @@ fields! {
     }
     /// A contact point of two colliders.
     contact {
-        /// Impulse on the first collider in the substep [N s], world (3).
+        /// Impulse on the first collider in the substep [N s], world (3); until that is solved, the one of the substep before.
         IMPULSE = 0,
         /// The colliders ([`pair`]), as bits.
         PAIR = 3,
@@ -106,7 +110,7 @@ fields! {
     }
     /// Response of a joint of the tree to unit impulses along the three rows of a contact, in coordinates in which the system's matrix is 1.
     path {
-        /// Three numbers for the first axis.
+        /// Three numbers for the first axis; of the first path that passes a joint, at the end, the changes of its rates by the contacts (2).
         A = 0,
         /// Three numbers for the second axis.
         B = 3,

@@ -16,13 +16,5 @@ fn seen_in_wind(preset: Preset) -> Arc<Spec> {
 fn substeps_in_wind_have_the_contacts_of_f64() {
     let Some(gpu) = device() else { return };
     let off = compare_substeps(&gpu, &seen_in_wind(Preset::Paper), 2, 220);
-    assert!(
-        off.crowded == 0
-            && off.loaded[0] > 50
-            && off.gap < 2e-6
-            && off.normal < 1e-5
-            && off.force < 1e-3
-            && off.change < 1e-3,
-        "{off:?}"
-    );
+    assert!(off.loaded[0] > 50 && off.is_as_in_f64(), "{off:?}");
 }

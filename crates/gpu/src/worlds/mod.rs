@@ -119,6 +119,11 @@ impl WorldBatch {
         self.trees.is_empty()
     }
 
+    /// Substeps of a frame.
+    pub fn substeps(&self) -> u32 {
+        self.trees.memory.rules.substeps
+    }
+
     /// Memory on the device \[bytes\].
     pub fn bytes(&self) -> usize {
         self.trees.bytes() + self.robots.bytes() + 4 * (self.table.meetings + self.table.words.len())
@@ -178,6 +183,7 @@ impl WorldBatch {
             WorldPass::RobotBegin => (&pipelines.robot_begin, blocks),
             WorldPass::Seek => (&pipelines.seek, worlds),
             WorldPass::Meet => (&pipelines.meet, worlds),
+            WorldPass::Answer => (&pipelines.answer, worlds),
             WorldPass::RobotEnd => (&pipelines.robot_end, blocks),
         };
         pass.set_bind_group(0, &self.buffers.bindings[frame], &[rules]);
@@ -220,11 +226,15 @@ impl WorldBatch {
         }
     }
 
-    /// Waits until all frames are done.
+    /// Waits until all frames are done, and takes the times of their kernels, if they are kept.
     ///
     /// # Errors
     /// The device was lost.
-    pub fn wait(&self) -> Result<(), GpuError> {
+    pub fn wait(&mut self) -> Result<(), GpuError> {
+        if let Some(clock) = &mut self.clock {
+            clock.ask(&self.gpu);
+            clock.fetch(&self.gpu)?;
+        }
         self.gpu.wait()
     }
 
@@ -289,11 +299,12 @@ impl WorldBatch {
 }
 
 /// Passes of a substep; the last of them ends a frame.
-const SUBSTEP: [WorldPass; 7] = [
+const SUBSTEP: [WorldPass; 8] = [
     WorldPass::Trees(Pass::Inward),
     WorldPass::RobotBegin,
     WorldPass::Seek,
     WorldPass::Meet,
+    WorldPass::Answer,
     WorldPass::RobotEnd,
     WorldPass::Trees(Pass::Outward),
     WorldPass::Trees(Pass::Events),

@@ -13,10 +13,12 @@ pub(crate) enum WorldPass {
     Trees(Pass),
     /// First half of the robots' substep.
     RobotBegin,
-    /// Worlds that may have contacts.
+    /// Pairs of colliders that are near each other.
     Seek,
     /// Contacts.
     Meet,
+    /// Their impulses.
+    Answer,
     /// Second half of the robots' substep.
     RobotEnd,
 }
@@ -29,6 +31,7 @@ impl WorldPass {
             Self::RobotBegin => "robot_begin",
             Self::Seek => "seek",
             Self::Meet => "meet",
+            Self::Answer => "answer",
             Self::RobotEnd => "robot_end",
         }
     }
@@ -43,6 +46,7 @@ pub(crate) struct WorldPipelines {
     pub robot_begin: ComputePipeline,
     pub seek: ComputePipeline,
     pub meet: ComputePipeline,
+    pub answer: ComputePipeline,
     pub robot_end: ComputePipeline,
     /// Layout of their bindings, in the order of `kernels/robot.wgsl` and `kernels/world.wgsl`.
     pub bindings: wgpu::BindGroupLayout,
@@ -64,6 +68,7 @@ impl WorldPipelines {
             robot_begin: kernels.pipeline("robot_begin", constants),
             seek: kernels.pipeline("seek", constants),
             meet: kernels.pipeline("meet", constants),
+            answer: kernels.pipeline("answer", constants),
             robot_end: kernels.pipeline("robot_end", constants),
             bindings: kernels.bindings,
         }

@@ -94,6 +94,7 @@ impl WorldTable {
         let most = most.max(room.colliders());
         let own = (place::FIELDS + most + 2 * place::MOST_OVERLAPS).next_multiple_of(QUAD);
         let record = meeting::FIELDS
+            + meeting::MOST_PAIRS
             + meeting::MOST_CONTACTS * (contact::FIELDS + 3 * robot::DOFS)
             + meeting::MOST_WAYS * depth * path::FIELDS;
         let records = plants.len().div_ceil(LANES) * system::FIELDS * LANES;

@@ -16,6 +16,8 @@ use super::{ROUNDS, SOFTWARE_WORLDS, TARGETS, settled};
 /// Frames in which the robot drives into the tree before a round, and frames of a round.
 const APPROACH: u32 = 60;
 const FRAMES: u32 = 60;
+/// Frames in which kernels are timed.
+const TIMED: usize = 20;
 /// Frames of both on a software adapter.
 const SOFTWARE_FRAMES: u32 = 6;
 /// Distance of the robot from the trunk at its start \[m\], and its speeds before and in a round [m/s]: it stands in the canopy then, and pushes on.
@@ -69,6 +71,8 @@ pub fn rows(gpu: &Gpu, trees: &[TreeWorld], worlds: usize) -> anyhow::Result<Vec
             rates.push(f64::from(frames) * substeps * worlds as f64 / begin.elapsed().as_secs_f64());
         }
     }
+    let name = format!("gpu.world_{worlds}");
+    let kernels = kernels(&mut batch, &name)?;
     let counted = worlds.min(COUNTED);
     for world in 0..counted {
         let meeting = batch.meeting(world)?;
@@ -81,20 +85,39 @@ pub fn rows(gpu: &Gpu, trees: &[TreeWorld], worlds: usize) -> anyhow::Result<Vec
             *sum += own / counted as f64;
         }
     }
-    let (rates, name) = (Rounds::new(rates), format!("gpu.world_{worlds}"));
+    let rates = Rounds::new(rates);
     let rate = Row::measured(&name, rates.median(), "substeps/s");
     let note = format!(
         "robots {} that push trees of their own topology, contacts, ruptures and detachments on; elapsed",
         RobotModel::PAPER
     );
     let [contacts, loaded, overfull] = sums;
-    Ok(vec![
+    let mut rows = vec![
         Row { spread: Some(rates.spread()), note: Some(note), ..rate },
         Row::measured(&format!("{name}.contacts"), contacts, "contacts"),
         Row::measured(&format!("{name}.loaded"), loaded, "contacts"),
         Row::measured(&format!("{name}.overfull"), overfull, "1"),
         Row::measured(&format!("{name}.memory"), batch.bytes() as f64, "bytes"),
-    ])
+    ];
+    rows.extend(kernels);
+    Ok(rows)
+}
+
+/// Time of each kernel in a substep of all worlds, by the device's clock, if the adapter has one: every kernel is a pass of its own then.
+fn kernels(batch: &mut WorldBatch, name: &str) -> anyhow::Result<Vec<Row>> {
+    batch.keep_times(true);
+    let mut substeps = 0.0;
+    for _ in 0..TIMED {
+        batch.advance(1);
+        batch.wait()?;
+        substeps += f64::from(batch.substeps());
+    }
+    let times = batch.times();
+    batch.keep_times(false);
+    let row = |(kernel, seconds): (&'static str, f64)| {
+        Row::measured(&format!("{name}.device.{kernel}"), 1e6 * seconds / substeps, "us")
+    };
+    Ok(times.into_iter().map(row).collect())
 }
 
 /// Sets the speed ahead of all robots.
