@@ -35,7 +35,7 @@ impl PickerCore {
         let (tree, c) = (self.perception.belief.p_odom(), &self.config.drive);
         let align = &self.config.align;
         let tolerance = Tolerance::new(&align.position_tolerance, &align.angle_tolerance);
-        let (velocity, arrived) = self.mobility.towards(robot, goal, &tree, c, tolerance);
+        let (velocity, arrived) = self.mobility.towards(robot, goal, Some(&tree), c, tolerance);
         if stall.is_stalled(robot, &velocity, c, self.patience()) {
             self.meet_wall(robot);
             return Err(FailureReason::Blocked);

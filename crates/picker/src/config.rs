@@ -164,6 +164,10 @@ section! {
         wall_ahead: Quantity,
         /// Distance by which the base leaves it.
         wall_back: Quantity,
+        /// Distance of the base's centre from a row, beside it and past its end, on the way to its other side once nothing is left on this one. 0: it stays.
+        row_clearance: Quantity,
+        /// Number of attempts in a row whose failure means that nothing is left on this side.
+        row_failures: Count,
     }
 }
 

@@ -63,12 +63,12 @@ impl Tolerance {
 
 /// Returns the velocity towards a goal in the base frame [m/s, m/s, rad/s], and true if the goal is reached.
 ///
-/// If the goal's bearing about the tree is near the present one the base drives straight; else it first backs out to the orbit radius and
+/// If the goal's bearing about the tree is near the present one, or without a tree, the base drives straight; else it first backs out to the orbit radius and
 /// follows that circle.
 pub(crate) fn drive(
     robot: &RobotState,
     goal: &BaseGoal,
-    tree: &Vec3,
+    tree: Option<&Vec3>,
     c: &DriveConfig,
     tolerance: Tolerance,
 ) -> ([f64; 3], bool) {
@@ -79,6 +79,10 @@ pub(crate) fn drive(
     if tolerance.meets(to_goal.norm(), turn_left) {
         return ([0.0; 3], true);
     }
+    let Some(tree) = tree else {
+        let wanted = (to_goal * c.gain.si()).cap_magnitude(c.speed.si());
+        return (in_base(&wanted, turn_left, yaw, c), false);
+    };
     let outward = here - tree.xy();
     let radius = outward.norm().max(f64::EPSILON);
     let bearing = math::atan2(outward.y, outward.x);
@@ -106,11 +110,16 @@ pub(crate) fn drive(
     } else {
         math::wrap_angle(bearing + std::f64::consts::PI - yaw)
     };
-    let turn = (facing * gain).clamp(-c.turn_speed.si(), c.turn_speed.si());
+    (in_base(&wanted, facing, yaw, c), false)
+}
+
+/// A velocity (odom) in the frame of a base with a yaw, and the turn rate for the rest of a turn \[rad\].
+fn in_base(wanted: &Vector2<f64>, turn_left: f64, yaw: f64, c: &DriveConfig) -> [f64; 3] {
+    let turn = (turn_left * c.gain.si()).clamp(-c.turn_speed.si(), c.turn_speed.si());
     let (sin, cos) = math::sin_cos(yaw);
     let forward = cos * wanted.x + sin * wanted.y;
     let left = -sin * wanted.x + cos * wanted.y;
-    ([forward, left, turn], false)
+    [forward, left, turn]
 }
 
 /// Detects a base that is commanded to move and does not.

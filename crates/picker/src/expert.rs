@@ -199,8 +199,8 @@ impl ExpertPicker {
         if self.is_unsafe() {
             return Next::Enter(Phase::Safe(Safe::at(robot)));
         }
-        let choice = if self.is_blind(robot) { None } else { self.core.choose(robot) };
-        match choice {
+        let stays = !self.is_blind(robot) && !self.core.leave_in_vain(robot);
+        match stays.then(|| self.core.choose(robot)).flatten() {
             Some(choice) => {
                 self.core.commit(robot, choice.track, choice.target, choice.plan);
                 Next::Enter(Phase::Align(Align::towards(choice.goal)))

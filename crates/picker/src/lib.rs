@@ -27,6 +27,7 @@ mod plan;
 mod postures;
 mod record;
 mod robot_state;
+mod row;
 mod scan;
 mod section;
 mod task;

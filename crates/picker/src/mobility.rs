@@ -117,12 +117,12 @@ impl Mobility {
         }
     }
 
-    /// Returns the velocity towards a goal in the base frame [m/s, m/s, rad/s], and true if the goal is reached.
+    /// Returns the velocity towards a goal in the base frame [m/s, m/s, rad/s], and true if the goal is reached. Without a tree it drives straight.
     pub fn towards(
         &self,
         robot: &RobotState,
         goal: &BaseGoal,
-        tree: &Vec3,
+        tree: Option<&Vec3>,
         c: &DriveConfig,
         tolerance: Tolerance,
     ) -> ([f64; 3], bool) {
@@ -152,7 +152,7 @@ impl Mobility {
 fn turn_and_drive(
     robot: &RobotState,
     goal: &BaseGoal,
-    tree: &Vec3,
+    tree: Option<&Vec3>,
     c: &DriveConfig,
     tolerance: Tolerance,
     wheels: &Wheels,
@@ -168,13 +168,23 @@ fn turn_and_drive(
         let reached = tolerance.meets(distance, off);
         return ([0.0, 0.0, if reached { 0.0 } else { turn(off) }], reached);
     }
-    let (course, speed) = way_around(robot, goal, tree, c);
+    let (course, speed) = match tree {
+        Some(tree) => way_around(robot, goal, tree, c),
+        None => straight(robot, goal, c),
+    };
     let (off, sense) = sensed(math::wrap_angle(course - yaw));
     // Full speed along the way, hardly any across it.
     let aligned = math::cos(off).max(0.0);
     let cube = aligned * aligned * aligned;
     let speed = speed.min((wheels.acceleration * distance).sqrt());
     ([speed * sense * cube * cube, 0.0, turn(off)], false)
+}
+
+/// Course \[rad\] in odom and speed [m/s] on the straight way to a goal.
+fn straight(robot: &RobotState, goal: &BaseGoal, c: &DriveConfig) -> (f64, f64) {
+    let [x, y, _] = robot.base_pose;
+    let course = math::atan2(goal.y - y, goal.x - x);
+    (course, c.speed.si().min(c.gain.si() * goal.distance(robot)))
 }
 
 /// Course \[rad\] in odom and speed [m/s] on the shortest way to a goal around a disc about the trunk, whose radius is a share of that of the orbit or, if
@@ -188,7 +198,7 @@ fn way_around(robot: &RobotState, goal: &BaseGoal, tree: &Vec3, c: &DriveConfig)
     let along = (-here.dot(&way) / way.norm_squared().max(f64::EPSILON)).clamp(0.0, 1.0);
     // On a way that leads outwards nothing comes nearer.
     if along == 0.0 || (here + way * along).norm() >= disc {
-        return (math::atan2(way.y, way.x), c.speed.si().min(c.gain.si() * way.norm()));
+        return straight(robot, goal, c);
     }
     let bearing = math::atan2(here.y, here.x);
     let swing = math::wrap_angle(math::atan2(there.y, there.x) - bearing);

@@ -41,7 +41,7 @@ fn drive_to(start: [f64; 3], goal: &BaseGoal, c: &DriveConfig, tolerance: Tolera
     let (mut pose, mut v, mut w) = (start, 0.0_f64, 0.0_f64);
     let (mut way, mut turns, mut nearest) = (0.0, 0.0, f64::INFINITY);
     for frame in 0..60 * 60 {
-        let (command, reached) = law.towards(&at(pose, v, w), goal, &TREE, c, tolerance);
+        let (command, reached) = law.towards(&at(pose, v, w), goal, Some(&TREE), c, tolerance);
         assert_eq!(command[1], 0.0, "sideways");
         assert!(command[0].abs() <= c.speed.si() + 1e-12 && command[2].abs() <= c.turn_speed.si() + 1e-12);
         if reached && v.abs() < 1e-3 && w.abs() < 1e-3 {

@@ -11,6 +11,7 @@ use crate::plan::{GraspPlan, Search, Target, look_posture};
 use crate::postures::Postures;
 use crate::record::{Alarm, AttemptEnd, AttemptId, Event, Record, State};
 use crate::robot_state::{Memory, RobotState};
+use crate::row::Side;
 use crate::task::AssignedTask;
 use crate::walls::Walls;
 use crate::watch::Watch;
@@ -29,6 +30,8 @@ pub(crate) struct PickerCore {
     pub postures: Postures,
     pub blacklist: Blacklist,
     pub walls: Walls,
+    /// Side of a row on which the base works.
+    pub side: Side,
     /// Watch for faults; `None` for a controller that keeps none.
     pub watch: Option<Watch>,
     pub fingers: Fingers,
@@ -88,6 +91,7 @@ impl PickerCore {
             motion: ArmMotion::new(arm.home()),
             blacklist: Blacklist::new(&config.blacklist),
             walls: Walls::default(),
+            side: Side::default(),
             watch: None,
             fingers: Fingers {
                 opening: config.grasp.opening.si(),
@@ -439,6 +443,7 @@ impl PickerCore {
         let attempt = self.attempt.take()?;
         self.record.events.push(Event::AttemptEnded { time: robot.time, id: attempt.id, end });
         self.perception.tracker.forget(attempt.track);
+        self.side.note(end);
         if let AttemptEnd::Failed(reason) = end {
             self.blacklist.add(&attempt.target, reason, robot.time);
         }

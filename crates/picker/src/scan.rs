@@ -4,6 +4,7 @@ use crate::choose::Choice;
 use crate::drive::{BaseGoal, StallWatch, Tolerance, bearing_of};
 use crate::picker_core::{PickerCore, STILL};
 use crate::robot_state::RobotState;
+use crate::row::{Round, Side};
 use orchard_geometry::{Vec3, math};
 use std::f64::consts::TAU;
 
@@ -32,12 +33,16 @@ enum Place {
 impl Scan {
     /// Makes the memory for the start of an episode, where the tree is too far away to see fruit.
     pub fn at_start() -> Self {
-        Self { place: Place::View(None), posture: 0, dwelled: 0.0, stall: StallWatch::default() }
+        Self::of(Place::View(None))
     }
 
     /// Makes the memory for a scan from the present place, after an attempt.
     pub fn here() -> Self {
-        Self { place: Place::Here, posture: 0, dwelled: 0.0, stall: StallWatch::default() }
+        Self::of(Place::Here)
+    }
+
+    fn of(place: Place) -> Self {
+        Self { place, posture: 0, dwelled: 0.0, stall: StallWatch::default() }
     }
 }
 
@@ -49,6 +54,9 @@ impl PickerCore {
         if self.motion.is_over() && *self.motion.goal() != posture {
             let scale = if self.perception.blind { c.blind_speed_scale.si() } else { 1.0 };
             self.motion.go(posture, &self.config.arm, scale);
+        }
+        if let Some(round) = self.side.way {
+            return (self.go_round(round, scan, robot), None);
         }
         let tree = self.perception.belief.p_odom();
         if let Some(turn_speed) = self.turn_to_belief(robot, &tree) {
@@ -64,14 +72,14 @@ impl PickerCore {
         if let (Place::Going(goal), false) = (scan.place, self.perception.blind) {
             let tolerance = Tolerance::new(&c.position_tolerance, &c.angle_tolerance);
             let (towards, arrived) =
-                self.mobility.towards(robot, &goal, &tree, &self.config.drive, tolerance);
+                self.mobility.towards(robot, &goal, Some(&tree), &self.config.drive, tolerance);
             velocity = towards;
             let held = scan.stall.is_stalled(robot, &velocity, &self.config.drive, self.patience());
             if held {
                 self.meet_wall(robot);
             }
             if arrived || held {
-                scan.place = Place::There(goal);
+                (scan.place, scan.stall) = (Place::There(goal), StallWatch::default());
                 velocity = STILL;
             }
         }
@@ -112,7 +120,49 @@ impl PickerCore {
         further.into_iter().find(is_open).unwrap_or(bearing)
     }
 
-    fn look_elsewhere(&self, scan: &mut Scan, robot: &RobotState) {
+    /// Drives on along a way round the end of a row; at its end, views of the tree begin. If something holds the base, it turns back. Returns the base's velocity
+    /// [m/s, m/s, rad/s].
+    fn go_round(&mut self, round: Round, scan: &mut Scan, robot: &RobotState) -> [f64; 3] {
+        let (tree, c) = (self.perception.belief.p_odom(), &self.config);
+        let tolerance = &c.scan.position_tolerance;
+        let corner = self.walls.row(&tree, c).and_then(|row| {
+            row.corner(&robot.p_odom().xy(), &round, c.drive.row_clearance.si(), tolerance.si())
+        });
+        let Some(corner) = corner else {
+            (self.side, *scan) = (Side::at(robot.p_odom().xy()), Scan::at_start());
+            return STILL;
+        };
+        if self.perception.blind {
+            return STILL;
+        }
+        let tolerance = Tolerance::new(tolerance, &c.scan.angle_tolerance);
+        let (velocity, _) = self.mobility.towards(robot, &corner, None, &c.drive, tolerance);
+        if scan.stall.is_stalled(robot, &velocity, &c.drive, self.patience()) {
+            self.meet_wall(robot);
+            (self.side.way, *scan) = (Some(round.back()), Scan::at_start());
+        }
+        velocity
+    }
+
+    /// Begins the way to the other side of a row after failed attempts in a row. Returns true if it did.
+    pub fn leave_in_vain(&mut self, robot: &RobotState) -> bool {
+        if self.side.failures >= self.config.drive.row_failures.get() {
+            self.side.way = self.way_round(robot);
+        }
+        self.side.way.is_some()
+    }
+
+    /// Way to the other side of the row, if the tree stands in one and the base can drive round it.
+    fn way_round(&self, robot: &RobotState) -> Option<Round> {
+        let c = &self.config;
+        if !self.mobility.is_free() || self.task.is_some() || c.drive.row_clearance.si() <= 0.0 {
+            return None;
+        }
+        let row = self.walls.row(&self.perception.belief.p_odom(), c)?;
+        Some(row.round(&robot.p_odom().xy(), &self.side))
+    }
+
+    fn look_elsewhere(&mut self, scan: &mut Scan, robot: &RobotState) {
         scan.dwelled = 0.0;
         scan.posture += 1;
         if scan.posture < self.postures.survey.len() && scan.place != Place::Here {
@@ -123,10 +173,101 @@ impl PickerCore {
             Place::There(goal) => {
                 let p_goal = Vec3::new(goal.x, goal.y, 0.0);
                 let bearing = bearing_of(&p_goal, &self.perception.belief.p_odom());
-                Place::View(Some(self.next_bearing(bearing, robot)))
+                self.side.views.push(bearing);
+                let next = self.next_bearing(bearing, robot);
+                let again = 0.5 * self.config.scan.orbit_step.si();
+                if self.side.views.iter().any(|b| math::wrap_angle(next - b).abs() < again) {
+                    self.side.way = self.way_round(robot);
+                }
+                Place::View(Some(next))
             }
             Place::Here => Place::View(None),
             on_the_way => on_the_way,
         };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::expert::ExpertConfig;
+    use crate::record::State;
+    use orchard_perception::DetectorConfig;
+    use orchard_robot::RobotModel;
+
+    const DT: f64 = 1.0 / 60.0;
+    /// Half-length of the row, across the robot's start.
+    const HALF: f64 = 3.0;
+
+    /// A picker that has tried in vain on its side, before a trellis of two wires through its tree if it has seen them.
+    fn core(robot: &str, sees: bool) -> PickerCore {
+        let robot = RobotModel::named(robot).expect("built in");
+        let config = ExpertConfig::preset().tuned(&robot).expect("in range").shared;
+        let mut core = PickerCore::new(&robot, DetectorConfig::paper(), config, State::Scan);
+        core.perception.blind = false;
+        core.side.failures = core.config.drive.row_failures.get();
+        let x = core.perception.belief.p_odom().x;
+        for z in [0.6, 1.0].into_iter().filter(|_| sees) {
+            let wire = (0..=30).map(|k| Vec3::new(x, HALF * (f64::from(k) / 15.0 - 1.0), z));
+            for y in [0.0, 0.5] {
+                core.walls.see(wire.clone().collect(), Vec3::new(0.4, y, 1.0), &core.config.wires);
+            }
+        }
+        core
+    }
+
+    fn at(time: f64, pose: [f64; 3], velocity: [f64; 3]) -> RobotState {
+        let mut robot = RobotState { dt: DT, ..RobotState::still(time) };
+        robot.place_base(pose);
+        robot.base_speed = math::hypot(velocity[0], velocity[1]);
+        robot
+    }
+
+    /// A base that drives in any direction and one on wheels get to the other side, facing the tree's row, and keep their distance from it. A base on a rail or a stand has
+    /// no such way, nor has one that has seen no wires, or that failed less often.
+    #[test]
+    fn a_base_drives_round_the_end() {
+        for (robot, sees) in [("rail-xarm6-suction", true), ("fr3-fixed", true), ("ridgeback-fr3", false)] {
+            assert!(!core(robot, sees).leave_in_vain(&at(0.0, [0.0; 3], STILL)), "{robot}");
+        }
+        let mut hopeful = core("ridgeback-fr3", true);
+        hopeful.side.failures -= 1;
+        assert!(!hopeful.leave_in_vain(&at(0.0, [0.0; 3], STILL)));
+        for robot in ["ridgeback-fr3", "husky-ur5e-2f85"] {
+            let mut core = core(robot, true);
+            let (mut pose, mut velocity, mut scan) = ([0.0, 0.2, 0.0], STILL, Scan::here());
+            assert!(core.leave_in_vain(&at(0.0, pose, velocity)), "{robot}");
+            let (x_row, clearance) =
+                (core.perception.belief.p_odom().x, core.config.drive.row_clearance.si());
+            let mut frame = 0;
+            while core.side.way.is_some() {
+                frame += 1;
+                assert!(frame < 60 * 60, "{robot} {pose:?}");
+                velocity = core.look_around(&mut scan, &at(f64::from(frame) * DT, pose, velocity)).0;
+                let (sin, cos) = math::sin_cos(pose[2]);
+                pose[0] += DT * (cos * velocity[0] - sin * velocity[1]);
+                pose[1] += DT * (sin * velocity[0] + cos * velocity[1]);
+                pose[2] += DT * velocity[2];
+                let off = math::hypot(pose[0] - x_row, (pose[1].abs() - HALF).max(0.0));
+                assert!(off > clearance - 0.3, "{robot} {pose:?}");
+            }
+            assert!((pose[0] - x_row - clearance).abs() < 0.15 && pose[1].abs() < 0.15, "{robot} {pose:?}");
+            assert_eq!(core.side, Side::at(Vec3::new(pose[0], pose[1], 0.0).xy()));
+        }
+    }
+
+    /// A base that something holds on the way turns back.
+    #[test]
+    fn a_base_that_is_held_turns_back() {
+        let mut core = core("ridgeback-fr3", true);
+        let (pose, mut scan) = ([0.5, 1.0, 0.0], Scan::here());
+        assert!(core.leave_in_vain(&at(0.0, pose, STILL)));
+        let way = core.side.way.expect("on its way");
+        let frames = (core.patience() / DT) as u32;
+        for frame in 0..frames + 2 {
+            assert!(frame >= frames || core.side.way == Some(way));
+            core.look_around(&mut scan, &at(f64::from(frame) * DT, pose, STILL));
+        }
+        assert_eq!(core.side.way, Some(way.back()));
     }
 }

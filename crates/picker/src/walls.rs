@@ -6,6 +6,7 @@
 use crate::config::{DriveConfig, PickerConfig};
 use crate::drive::{BaseGoal, bearing_of};
 use crate::robot_state::{RobotState, turned};
+use crate::row::{Line, Row};
 use crate::wires::{Wires, WiresConfig};
 use nalgebra::Vector2;
 use orchard_geometry::{Vec3, math};
@@ -54,15 +55,27 @@ impl Walls {
     }
 
     /// Walls as lines on the ground, odom.
-    fn lines<'a>(&'a self, c: &'a PickerConfig) -> impl Iterator<Item = [Vector2<f64>; 2]> {
-        let (half, ahead) = (c.drive.wall_half.si(), c.drive.wall_ahead.si());
-        let met = self.stops.iter().map(move |stop| {
+    fn lines<'a>(&'a self, c: &'a PickerConfig) -> impl Iterator<Item = Line> {
+        let wires = self.wires.of_trellis(c.align.body_height.si(), &c.wires);
+        self.met(&c.drive).chain(wires.map(|wire| wire.on_ground(c.drive.wall_half.si())))
+    }
+
+    /// Walls that were met, as lines on the ground, odom.
+    fn met(&self, c: &DriveConfig) -> impl Iterator<Item = Line> {
+        let (half, ahead) = (c.wall_half.si(), c.wall_ahead.si());
+        self.stops.iter().map(move |stop| {
             let across = Vector2::new(-stop.direction.y, stop.direction.x) * half;
             let middle = stop.p + stop.direction * ahead;
             [middle - across, middle + across]
-        });
+        })
+    }
+
+    /// Row of the trellis in which a tree (odom) stands; `None` if no wires of one were seen.
+    pub fn row(&self, tree: &Vec3, c: &PickerConfig) -> Option<Row> {
         let wires = self.wires.of_trellis(c.align.body_height.si(), &c.wires);
-        met.chain(wires.map(move |wire| wire.on_ground(half)))
+        let wires: Vec<Line> = wires.map(|wire| wire.on_ground(0.0)).collect();
+        let met: Vec<Line> = self.met(&c.drive).collect();
+        Row::about(tree, c.belief.canopy_radius.si(), &wires, &met)
     }
 
     /// Direction away from the wall met last, in the base frame, while the base is nearer to its stop there than it should be.
