@@ -18,12 +18,27 @@ pub(crate) struct Round {
     towards: Vector2<f64>,
     /// Side of the row on which it leads to the tree: 1 to the left of that direction, -1 to its right.
     side: f64,
+    /// Part of it on which the base was last.
+    leg: Leg,
+}
+
+/// Part of a way round an end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Leg {
+    /// Out to the lane beside the row.
+    Out,
+    /// On it towards the row's end.
+    Beside,
+    /// Round the end.
+    Around,
+    /// Beside the row back to the tree.
+    Back,
 }
 
 impl Round {
     /// The way back to the side from which it came.
     pub fn back(self) -> Self {
-        Self { side: -self.side, ..self }
+        Self { side: -self.side, leg: Leg::Out, ..self }
     }
 }
 
@@ -98,7 +113,8 @@ impl Row {
     pub fn round(&self, here: &Vector2<f64>, works: &Side) -> Round {
         let x = self.local(here).x;
         let sense = if self.high.x - x <= x - self.low.x { 1.0 } else { -1.0 };
-        Round { towards: self.along * sense, side: -(self.local(&works.p_odom).y * sense).signum() }
+        let side = -(self.local(&works.p_odom).y * sense).signum();
+        Round { towards: self.along * sense, side, leg: Leg::Out }
     }
 
     /// The same row, its direction the one of a way.
@@ -111,11 +127,11 @@ impl Row {
 
     /// Next corner of a way from a place (odom): out to the lane beside the row, along it past the end, round the end, and back to the tree, `clearance` \[m\]
     /// outside the rectangle. The base faces the row. `None` once it is there within `tolerance` \[m\]. A base that stands in the row, under its wires, leaves it to
-    /// the side from which it came.
+    /// the side from which it came. The way keeps its leg until the base is a quarter of `clearance` off it: one on wheels that turns for the next leg drifts.
     pub fn corner(
         &self,
         here: &Vector2<f64>,
-        way: &Round,
+        way: &mut Round,
         clearance: f64,
         tolerance: f64,
     ) -> Option<BaseGoal> {
@@ -124,18 +140,21 @@ impl Row {
         let (to_right, to_left) = (clearance - row.low.y, clearance + row.high.y);
         let (near, far) = if way.side > 0.0 { (to_right, to_left) } else { (to_left, to_right) };
         let (end, off) = (row.high.x + clearance, p.y * way.side);
-        let is_past = p.x >= end - tolerance;
-        let (x, y, facing) = if off < 0.5 * clearance && !is_past {
-            let x = if off > tolerance - near { p.x } else { end };
-            (x, -near, Vector2::new(0.0, way.side))
-        } else if off < far - tolerance {
+        let kept = |leg: Leg| if way.leg >= leg { 0.25 * clearance } else { tolerance };
+        let is_past = p.x >= end - kept(Leg::Around);
+        let (leg, x, y, facing) = if off < 0.5 * clearance && !is_past {
+            let is_off = off > kept(Leg::Beside) - near;
+            let (leg, x) = if is_off { (Leg::Out, p.x) } else { (Leg::Beside, end) };
+            (leg, x, -near, Vector2::new(0.0, way.side))
+        } else if off < far - kept(Leg::Back) {
             let x = if is_past { end } else { p.x };
-            (x, far, Vector2::new(-1.0, 0.0))
-        } else if p.x.abs() > tolerance || off > far + tolerance {
-            (0.0, far, Vector2::new(0.0, -way.side))
+            (Leg::Around, x, far, Vector2::new(-1.0, 0.0))
+        } else if p.x.abs() > tolerance || off > far + kept(Leg::Back) {
+            (Leg::Back, 0.0, far, Vector2::new(0.0, -way.side))
         } else {
             return None;
         };
+        way.leg = leg;
         let left = Vector2::new(-row.along.y, row.along.x);
         let odom = |x: f64, y: f64| row.along * x + left * y;
         let (p_goal, facing) = (row.p_tree + odom(x, y * way.side), odom(facing.x, facing.y));
@@ -187,10 +206,10 @@ mod tests {
         let row = row(&wire);
         for sign in [1.0, -1.0] {
             let mut here = Vector2::new(1.2, 0.5 * sign);
-            let way = row.round(&here, &Side::default());
+            let mut way = row.round(&here, &Side::default());
             let (mut corners, mut length): (Vec<BaseGoal>, f64) = (Vec::new(), 0.0);
             let step = 0.01_f64;
-            while let Some(goal) = row.corner(&here, &way, CLEARANCE, TOLERANCE) {
+            while let Some(goal) = row.corner(&here, &mut way, CLEARANCE, TOLERANCE) {
                 if corners.last().is_none_or(|last| (last.yaw - goal.yaw).abs() > 1e-9) {
                     corners.push(goal);
                 }
@@ -224,19 +243,45 @@ mod tests {
     #[test]
     fn the_row_grows_on_the_way() {
         let (short, long) = (line(0.4, -1.0, 3.0), [Vector2::new(2.0, 7.5), Vector2::new(2.0, 1.0)]);
-        let way = row(&[short]).round(&Vector2::new(0.4, 1.2), &Side::default());
+        let mut way = row(&[short]).round(&Vector2::new(0.4, 1.2), &Side::default());
         let here = Vector2::new(0.4, 3.0 + CLEARANCE);
         let corner =
-            |row: &Row, way: &Round| row.corner(&here, way, CLEARANCE, TOLERANCE).expect("on its way");
-        let turns = corner(&row(&[short]), &way);
+            |row: &Row, way: &mut Round| row.corner(&here, way, CLEARANCE, TOLERANCE).expect("on its way");
+        let turns = corner(&row(&[short]), &mut way);
         assert!((turns.x - 4.0).abs() < 1e-12 && (turns.y - here.y).abs() < 1e-12, "{turns:?}");
-        let goes_on = corner(&row(&[short, long]), &way);
+        let goes_on = corner(&row(&[short, long]), &mut way);
         assert!(
             (goes_on.x - 0.4).abs() < 1e-12 && (goes_on.y - 7.5 - CLEARANCE).abs() < 1e-12,
             "{goes_on:?}"
         );
-        let back = corner(&row(&[short, long]), &way.back());
+        let back = corner(&row(&[short, long]), &mut way.back());
         assert!((back.x - 0.4).abs() < 1e-12 && back.y.abs() < 1e-12 && back.yaw.abs() < 1e-12, "{back:?}");
+    }
+
+    /// A base that drifts while it turns for its next leg keeps that leg; before it has come to the leg's start, the drift leads it on there.
+    #[test]
+    fn a_drift_does_not_change_the_leg() {
+        let row = row(&[line(0.4, -3.0, 3.0)]);
+        let (end, far) = (3.0 + CLEARANCE, 2.4 + CLEARANCE);
+        let drift = 2.0 * TOLERANCE;
+        let goal = |way: &mut Round, x: f64, y: f64| {
+            let goal = row.corner(&Vector2::new(x, y), way, CLEARANCE, TOLERANCE).expect("on its way");
+            Vector2::new(goal.x, goal.y)
+        };
+        let lane = 2.0 - CLEARANCE;
+        let mut way = row.round(&Vector2::new(lane, 1.2), &Side::default());
+        // Out to the lane, beside the row, round its end, back: first off the start of each leg, then on it, then off it again.
+        let legs = [
+            (Vector2::new(lane, 1.2), Vector2::x(), Vector2::new(lane, 1.2), Vector2::new(lane, end)),
+            (Vector2::new(lane, end), -Vector2::y(), Vector2::new(lane, end), Vector2::new(far, end)),
+            (Vector2::new(far, end), -Vector2::x(), Vector2::new(far, end), Vector2::new(far, 0.0)),
+        ];
+        for (start, off, before, after) in legs {
+            let p = start + off * drift;
+            assert!((goal(&mut way, p.x, p.y) - before).norm() < 1e-12, "{start}");
+            goal(&mut way, start.x, start.y);
+            assert!((goal(&mut way, p.x, p.y) - after).norm() < 1e-12, "{start}");
+        }
     }
 
     /// A base that stands under the wires, a little beyond them, leaves the row to the side on which it works, whichever that is.
@@ -244,8 +289,8 @@ mod tests {
     fn a_base_under_the_wires_leaves_to_its_side() {
         let (row, here) = (row(&[line(0.0, -7.5, 7.5)]), Vector2::new(2.45, 1.0));
         for (home, x) in [(0.0, 2.4 - CLEARANCE), (4.8, 2.4 + CLEARANCE)] {
-            let way = row.round(&here, &Side::at(Vector2::new(home, 0.0)));
-            let goal = row.corner(&here, &way, CLEARANCE, TOLERANCE).expect("on its way");
+            let mut way = row.round(&here, &Side::at(Vector2::new(home, 0.0)));
+            let goal = row.corner(&here, &mut way, CLEARANCE, TOLERANCE).expect("on its way");
             assert!((goal.x - x).abs() < 1e-12 && (goal.y - 1.0).abs() < 1e-12, "{home} {goal:?}");
         }
     }

@@ -122,16 +122,17 @@ impl PickerCore {
 
     /// Drives on along a way round the end of a row; at its end, views of the tree begin. If something holds the base, it turns back. Returns the base's velocity
     /// [m/s, m/s, rad/s].
-    fn go_round(&mut self, round: Round, scan: &mut Scan, robot: &RobotState) -> [f64; 3] {
+    fn go_round(&mut self, mut round: Round, scan: &mut Scan, robot: &RobotState) -> [f64; 3] {
         let (tree, c) = (self.perception.belief.p_odom(), &self.config);
         let tolerance = &c.scan.position_tolerance;
         let corner = self.walls.row(&tree, c).and_then(|row| {
-            row.corner(&robot.p_odom().xy(), &round, c.drive.row_clearance.si(), tolerance.si())
+            row.corner(&robot.p_odom().xy(), &mut round, c.drive.row_clearance.si(), tolerance.si())
         });
         let Some(corner) = corner else {
             (self.side, *scan) = (Side::at(robot.p_odom().xy()), Scan::at_start());
             return STILL;
         };
+        self.side.way = Some(round);
         if self.perception.blind {
             return STILL;
         }
@@ -265,9 +266,9 @@ mod tests {
         let way = core.side.way.expect("on its way");
         let frames = (core.patience() / DT) as u32;
         for frame in 0..frames + 2 {
-            assert!(frame >= frames || core.side.way == Some(way));
+            assert!(frame >= frames || core.side.way.map(Round::back) == Some(way.back()));
             core.look_around(&mut scan, &at(f64::from(frame) * DT, pose, STILL));
         }
-        assert_eq!(core.side.way, Some(way.back()));
+        assert_eq!(core.side.way.map(Round::back), Some(way.back().back()));
     }
 }
