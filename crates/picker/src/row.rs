@@ -11,6 +11,11 @@ use orchard_geometry::{Vec3, math};
 /// A line on the ground by its ends, odom \[m\].
 pub(crate) type Line = [Vector2<f64>; 2];
 
+/// Share of the clearance by which a base may be off a leg that it has begun; our own choice.
+const DRIFT: f64 = 0.25;
+/// Share of the clearance from the row's middle line from which on a base is on the other side; our own choice.
+const ACROSS: f64 = 0.5;
+
 /// Way round an end of a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Round {
@@ -117,7 +122,7 @@ impl Row {
         Round { towards: self.along * sense, side, leg: Leg::Out }
     }
 
-    /// The same row, its direction the one of a way.
+    /// Turns the row's direction towards the end that a way goes round; the rectangle stays where it is.
     fn turned(self, way: &Round) -> Self {
         match self.along.dot(&way.towards) < 0.0 {
             true => Self { along: -self.along, low: -self.high, high: -self.low, ..self },
@@ -127,7 +132,7 @@ impl Row {
 
     /// Next corner of a way from a place (odom): out to the lane beside the row, along it past the end, round the end, and back to the tree, `clearance` \[m\]
     /// outside the rectangle. The base faces the row. `None` once it is there within `tolerance` \[m\]. A base that stands in the row, under its wires, leaves it to
-    /// the side from which it came. The way keeps its leg until the base is a quarter of `clearance` off it: one on wheels that turns for the next leg drifts.
+    /// the side from which it came. A leg that was begun is kept until the base is [`DRIFT`] of `clearance` off it: a base on wheels drifts while it turns.
     pub fn corner(
         &self,
         here: &Vector2<f64>,
@@ -140,9 +145,9 @@ impl Row {
         let (to_right, to_left) = (clearance - row.low.y, clearance + row.high.y);
         let (near, far) = if way.side > 0.0 { (to_right, to_left) } else { (to_left, to_right) };
         let (end, off) = (row.high.x + clearance, p.y * way.side);
-        let kept = |leg: Leg| if way.leg >= leg { 0.25 * clearance } else { tolerance };
+        let kept = |leg: Leg| if way.leg >= leg { DRIFT * clearance } else { tolerance };
         let is_past = p.x >= end - kept(Leg::Around);
-        let (leg, x, y, facing) = if off < 0.5 * clearance && !is_past {
+        let (leg, x, y, facing) = if off < ACROSS * clearance && !is_past {
             let is_off = off > kept(Leg::Beside) - near;
             let (leg, x) = if is_off { (Leg::Out, p.x) } else { (Leg::Beside, end) };
             (leg, x, -near, Vector2::new(0.0, way.side))

@@ -1,7 +1,7 @@
 // Ways of contacts through the tree: responses of its joints to unit impulses along the rows of each contact, two tangents and the normal. An impulse acts on the tree only through the joints
 // between it and the root, in whose coordinates C^T y the inverse of the tree's matrix is 1.
 
-// Words of segments and fruit that are kept at hand; of larger trees those behind them are read when they are needed.
+// Number of words of segments and fruit that a workgroup keeps, our own choice; of larger trees the others are read when they are needed.
 const WORDS: u32 = 256u;
 
 var<workgroup> words: array<u32, WORDS>;
