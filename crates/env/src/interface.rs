@@ -4,6 +4,7 @@ use orchard_quantity::Quantity;
 use serde::Serialize;
 
 use crate::settings::Task;
+use crate::starts::Pool;
 
 /// A term of the reward.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -38,6 +39,9 @@ pub struct Interface {
     pub sparse: bool,
     /// True if truth is observed: no policy that reads it can be ranked.
     pub privileged: bool,
+    /// Worlds in which all episodes begin, if they are kept.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pool: Option<Pool>,
     /// The terms of the reward, in the order of [`crate::Report::terms`].
     pub reward: Vec<Term>,
     /// Observations and actions.

@@ -39,6 +39,7 @@ mod report;
 mod rules;
 mod settings;
 mod slot;
+mod starts;
 mod task_env;
 mod together;
 mod worlds;
@@ -48,12 +49,15 @@ pub use error::EnvError;
 pub use interface::{Interface, Term};
 #[cfg(feature = "gpu")]
 pub use orchard_gpu::DeviceArray;
+#[cfg(feature = "gpu")]
+pub use orchard_lockstep::Detail;
 pub use orchard_tasks::plan_file::Backend;
 pub use report::{Report, Statistics};
 pub use rules::{
     CostRules, GentleReward, HarvestReward, InstructionRules, LearningRules, ReachReward, V1_TOML,
 };
 pub use settings::{Settings, Task, WORLDS};
+pub use starts::Pool;
 pub use task_env::TaskEnv;
 pub use worlds::Env;
 

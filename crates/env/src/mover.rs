@@ -296,10 +296,10 @@ impl Mover {
 
     /// Keeps the times of a frame's parts from now on, or no more.
     #[cfg(feature = "gpu")]
-    pub fn keep_profile(&mut self, keeps: bool) {
+    pub fn keep_profile(&mut self, detail: Option<orchard_lockstep::Detail>) {
         if let Self::Gpu(Device { crews, profile, .. }) = self {
-            crews.iter_mut().for_each(|crew| crew.keep_profile(keeps));
-            *profile = keeps.then(orchard_lockstep::Profile::default);
+            crews.iter_mut().for_each(|crew| crew.keep_profile(detail));
+            *profile = detail.map(|_| orchard_lockstep::Profile::default());
         }
     }
 

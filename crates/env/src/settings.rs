@@ -4,8 +4,10 @@ use orchard_policy::{SettingError, Spaces, Target};
 use orchard_tasks::plan_file::Backend;
 use serde::{Deserialize, Serialize};
 
+use crate::starts::Pool;
+
 /// Largest number of environments of a seed. The next episode of the environment with world `k` has world `k + WORLDS`, and so on; after as many
-/// episodes the seed counts up.
+/// episodes the seed counts up. With a [`Pool`] they are its worlds.
 pub const WORLDS: u32 = 1 << 16;
 
 /// A task to learn.
@@ -35,6 +37,8 @@ pub struct Settings {
     pub privileged: bool,
     /// Processor that moves the worlds: the CPU in f64, or a graphics device in f32.
     pub backend: Backend,
+    /// Worlds that are grown once and begun in again and again; `None` if every episode begins in a new one.
+    pub pool: Option<Pool>,
 }
 
 impl Task {
@@ -77,6 +81,7 @@ impl Settings {
             sparse: false,
             privileged: false,
             backend: Backend::Cpu,
+            pool: None,
         }
     }
 

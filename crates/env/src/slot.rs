@@ -22,7 +22,8 @@ use crate::interface::Interface;
 use crate::privileged;
 use crate::report::{Ending, Report, Statistics};
 use crate::rules::LearningRules;
-use crate::settings::{Task, WORLDS};
+use crate::settings::Task;
+use crate::starts::Starts;
 
 /// Worlds that are tried for a target.
 const TRIES: u32 = 32;
@@ -38,6 +39,8 @@ pub(crate) struct Shared {
     pub images_elsewhere: bool,
     /// Hash of scenario, protocol and settings, by which saved states know where they belong.
     pub identity: String,
+    /// Where episodes begin; none in a world without a target.
+    pub starts: Starts<Option<(Box<World>, Episode)>>,
 }
 
 /// An environment.
@@ -52,7 +55,7 @@ pub(crate) struct Slot {
 
 /// An episode under way.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-struct Episode {
+pub(crate) struct Episode {
     seed: u64,
     /// Number of the episode since the seed was given.
     number: u32,
@@ -106,12 +109,6 @@ impl Stepping {
     }
 }
 
-/// World of an episode: seed and index.
-fn world_of(seed: u64, first: u32, number: u32) -> (u64, u32) {
-    let rounds = number / WORLDS;
-    (seed.wrapping_add(u64::from(rounds)), first + (number % WORLDS) * WORLDS)
-}
-
 impl Slot {
     pub fn new(env: usize, first: u32) -> Self {
         Self { env, first, running: None, values: Vec::new(), report: Report::default() }
@@ -123,40 +120,40 @@ impl Slot {
     }
 
     /// Seed and index of the world; none before the first reset.
-    pub fn world(&self) -> Option<(u64, u32)> {
+    pub fn world(&self, shared: &Shared) -> Option<(u64, u32)> {
         let (world, episode) = self.running.as_ref()?;
-        Some((world_of(episode.seed, self.first, episode.number).0, world.index()))
+        Some((shared.starts.world_of(episode.seed, self.first, episode.number).0, world.index()))
+    }
+
+    /// Seed and number of the episode that a reset begins: the first of a seed, or the next one.
+    fn next(&self, seed: Option<u64>) -> (u64, u32) {
+        match (seed, &self.running) {
+            (Some(seed), _) => (seed, 0),
+            (None, Some((_, episode))) => (episode.seed, episode.number.wrapping_add(1)),
+            (None, None) => (0, 0),
+        }
+    }
+
+    /// Index of the world in which a reset begins the next episode, unless there is no target in it.
+    pub fn next_world(&self, seed: Option<u64>, shared: &Shared) -> u32 {
+        let (seed, number) = self.next(seed);
+        shared.starts.world_of(seed, self.first, number).1
     }
 
     /// Begins an episode: the first of a seed, or the next one.
     pub fn reset(&mut self, seed: Option<u64>, shared: &Shared) -> Result<(), EnvError> {
-        let next = self.running.as_ref().map(|(_, episode)| (episode.seed, episode.number.wrapping_add(1)));
-        let (seed, number) = match (seed, next) {
-            (Some(seed), _) => (seed, 0),
-            (None, Some(next)) => next,
-            (None, None) => (0, 0),
-        };
+        let (seed, number) = self.next(seed);
         for tried in 0..TRIES {
             let number = number.wrapping_add(tried);
-            let (of_seed, index) = world_of(seed, self.first, number);
-            let mut world = shared.build(of_seed, index)?;
-            let Some(task) = State::new(&world, of_seed, shared) else { continue };
-            let mut stall = StallWatch::new(&shared.protocol.rules, world.spec().sim.frame());
-            stall.stalled(&world.sense());
-            match world.delivers().filter(|_| shared.interface.policy.spaces.depth) {
-                Some(sight) if shared.images_elsewhere => world.deliver_undrawn(sight),
-                Some(_) => drop(world.observe()),
-                None => {}
-            }
-            let pictures = shared.encoding.pictures().map(|request| world.take_pictures(request));
-            let (set, sentence) = (shared.encoding.start(), task.sentence(&world, shared, of_seed));
-            let episode = Episode { seed, number, task, stall, set, pictures, sentence };
-            self.running = Some((Box::new(world), episode));
+            let (of_seed, index) = shared.starts.world_of(seed, self.first, number);
+            let start = shared.starts.of(index, || shared.start(of_seed, index))?;
+            let Some((world, episode)) = start else { continue };
+            self.running = Some((world, Episode { seed, number, ..episode }));
             self.report = Report::default();
             self.look(shared);
             return Ok(());
         }
-        let (seed, world) = world_of(seed, self.first, number);
+        let (seed, world) = shared.starts.world_of(seed, self.first, number);
         let task = shared.interface.task.name();
         Err(EnvError::NoTarget { env: self.env, task, tried: TRIES, world, seed })
     }
@@ -329,7 +326,7 @@ impl Slot {
             return Err(refused("it belongs to another scenario, setting or world".to_owned()));
         }
         let snapshot = Snapshot::from_bytes(&bytes).map_err(|e| refused(e.to_string()))?;
-        let (seed, index) = world_of(episode.seed, first, episode.number);
+        let (seed, index) = shared.starts.world_of(episode.seed, first, episode.number);
         let mut world = shared.build(seed, index)?;
         world.restore(&snapshot).map_err(|e| refused(e.to_string()))?;
         let fit =
@@ -349,6 +346,22 @@ impl Shared {
     /// True if the rewards or observations of a step are told by wood or fruit at its end.
     pub fn ends_with_tree(&self) -> bool {
         self.interface.privileged || self.interface.task == Task::Harvest
+    }
+
+    /// The first episode of a seed in a world, at its start; `None` if the world has no target.
+    pub fn start(&self, seed: u64, index: u32) -> Result<Option<(Box<World>, Episode)>, EnvError> {
+        let mut world = self.build(seed, index)?;
+        let Some(task) = State::new(&world, seed, self) else { return Ok(None) };
+        let mut stall = StallWatch::new(&self.protocol.rules, world.spec().sim.frame());
+        stall.stalled(&world.sense());
+        match world.delivers().filter(|_| self.interface.policy.spaces.depth) {
+            Some(sight) if self.images_elsewhere => world.deliver_undrawn(sight),
+            Some(_) => drop(world.observe()),
+            None => {}
+        }
+        let pictures = self.encoding.pictures().map(|request| world.take_pictures(request));
+        let (set, sentence) = (self.encoding.start(), task.sentence(&world, self, seed));
+        Ok(Some((Box::new(world), Episode { seed, number: 0, task, stall, set, pictures, sentence })))
     }
 
     fn build(&self, seed: u64, index: u32) -> Result<World, EnvError> {

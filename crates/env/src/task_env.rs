@@ -21,6 +21,7 @@ use crate::report::Report;
 use crate::rules::LearningRules;
 use crate::settings::{Settings, Task, WORLDS};
 use crate::slot::{Shared, Slot};
+use crate::starts::Starts;
 use crate::together::{Crew, Member};
 use crate::{harvest, privileged};
 
@@ -105,6 +106,7 @@ impl TaskEnv {
             sparse: settings.sparse,
             reward,
             privileged: settings.privileged,
+            pool: settings.pool,
             policy,
         };
         let identity = format!("{interface:?} {protocol:?}");
@@ -121,6 +123,7 @@ impl TaskEnv {
                 encoding,
                 images_elsewhere: false,
                 identity,
+                starts: Starts::new(settings.pool)?,
             },
             slots,
             mover,
@@ -153,6 +156,11 @@ impl TaskEnv {
         self.counted("seeds", seeds.len(), 1)?;
         self.counted("entries of the reset mask", mask.len(), 1)?;
         let shared = &self.shared;
+        if let Some(pool) = shared.interface.pool {
+            let chosen = self.slots.iter().zip(seeds).zip(mask).filter(|(_, chosen)| **chosen);
+            let worlds = chosen.map(|((slot, seed), _)| slot.next_world(*seed, shared));
+            shared.starts.prepare(worlds, |world| shared.start(pool.seed, world));
+        }
         let done: Vec<Result<(), EnvError>> = self
             .slots
             .par_iter_mut()
@@ -268,8 +276,8 @@ impl TaskEnv {
 
     /// Keeps the times of a frame's parts from now on, or no more ([`Self::profile`]); nothing on the CPU.
     #[cfg(feature = "gpu")]
-    pub fn keep_profile(&mut self, keeps: bool) {
-        self.mover.keep_profile(keeps);
+    pub fn keep_profile(&mut self, detail: Option<orchard_lockstep::Detail>) {
+        self.mover.keep_profile(detail);
     }
 
     /// Times of the parts of a frame on a device since [`Self::keep_profile`]; `None` if none are kept, and on the CPU.
@@ -400,7 +408,7 @@ impl TaskEnv {
     /// # Panics
     /// There is no such environment.
     pub fn world(&self, env: usize) -> Option<(u64, u32)> {
-        self.slots[env].world()
+        self.slots[env].world(&self.shared)
     }
 
     /// The state of every environment as bytes. On a device the environments go on from it as they do after [`Self::restore`].

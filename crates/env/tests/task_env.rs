@@ -1,6 +1,6 @@
 //! Task environments: the same bits alone and among others, the benchmark's ends, saved states, bad input.
 
-use orchard_env::{EnvError, Settings, Task, TaskEnv};
+use orchard_env::{EnvError, Pool, Settings, Task, TaskEnv};
 use orchard_policy::{Spaces, Values};
 use orchard_scenario::Scenario;
 use std::ops::Range;
@@ -131,5 +131,44 @@ fn the_tool_is_told_where_it_is() {
             );
             env.step(&actions(0..1, size, number), &[true]).unwrap();
         }
+    }
+}
+
+/// A kept start is that of a world that was just grown, and so is what follows.
+#[test]
+fn episodes_of_a_pool_have_the_bits_of_its_worlds() {
+    for task in Task::ALL {
+        let settings = Settings::of(task);
+        let kept = Settings { pool: Some(Pool { trees: 2, seed: SEED }), ..settings.clone() };
+        let mut pool = TaskEnv::new(&Scenario::of(&[]).unwrap(), &kept, 0..3).unwrap();
+        // With a seed that the number of trees divides the first episodes are those of the pool's first worlds.
+        pool.reset(&[Some(4); 3], &[true; 3]).unwrap();
+        let mut own = env(&settings, 0..2);
+        for episode in 0..2 {
+            for number in 0..2 {
+                assert_eq!([0, 1, 2].map(|k| pool.world(k)), [0, 1, 0].map(|k| Some((SEED, k))));
+                for (kept, grown) in [(0, 0), (1, 1), (2, 0)] {
+                    assert_eq!(pool.observation(kept), own.observation(grown), "{task:?} {episode} {number}");
+                    assert_eq!(pool.report(kept), own.report(grown));
+                }
+                let size = own.interface().policy.action.len();
+                let two = actions(0..2, size, number);
+                own.step(&two, &[true; 2]).unwrap();
+                pool.step(&[&two[..], &two[..size]].concat(), &[true; 3]).unwrap();
+            }
+            if episode == 0 {
+                // The next episodes begin in the other world each; those after them in these.
+                pool.reset(&[None; 3], &[true; 3]).unwrap();
+                assert_eq!([0, 1, 2].map(|k| pool.world(k)), [1, 0, 1].map(|k| Some((SEED, k))));
+                pool.reset(&[None; 3], &[true; 3]).unwrap();
+                own.reset(&[Some(SEED); 2], &[true; 2]).unwrap();
+            }
+        }
+        let saved = pool.snapshot().unwrap();
+        let mut later = TaskEnv::new(&Scenario::of(&[]).unwrap(), &kept, 0..3).unwrap();
+        later.restore(&saved).unwrap();
+        assert_eq!((later.observation(1), later.world(1)), (pool.observation(1), pool.world(1)));
+        // They belong to the pool.
+        assert!(env(&settings, 0..3).restore(&saved).is_err());
     }
 }

@@ -8,7 +8,7 @@ use orchard_multibody::ColliderId;
 use orchard_world::World;
 use rayon::prelude::*;
 
-use crate::profile::Profile;
+use crate::profile::{Detail, Profile};
 use crate::tally::Tally;
 
 /// Room of the lanes for trees larger than the samples: by so much of each size, our own choice.
@@ -132,9 +132,9 @@ impl Lockstep {
     }
 
     /// Keeps the times of a frame's parts from now on, or no more.
-    pub fn keep_profile(&mut self, keeps: bool) {
-        self.profile = keeps.then(Profile::default);
-        self.batch.keep_times(keeps);
+    pub fn keep_profile(&mut self, detail: Option<Detail>) {
+        self.profile = detail.map(|_| Profile::default());
+        self.batch.keep_times(detail == Some(Detail::Kernels));
     }
 
     /// The times since [`Self::keep_profile`]; `None` if none are kept.

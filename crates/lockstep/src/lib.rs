@@ -42,7 +42,7 @@ pub use eyes::Eyes;
 pub use harvest::Together;
 pub use lane::{Lockstep, LockstepError};
 pub use orchard_world::{Span, Turn};
-pub use profile::Profile;
+pub use profile::{Detail, Profile};
 pub use seats::{Seat, Seats};
 pub use step::Begun;
 pub use tally::{Tally, Where};

@@ -3,6 +3,15 @@
 use std::collections::BTreeMap;
 use std::time::Instant;
 
+/// Detail of the times that are kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Detail {
+    /// Those of the processor's parts, as they are without a profile.
+    Parts,
+    /// Those of kernels as well. Every kernel is a pass of its own then, so that the processor takes longer to submit them.
+    Kernels,
+}
+
 /// Wall time by the part of a round, in which a crew begins and ends frames once, and device time by kernel, summed up over rounds.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Profile {
@@ -10,7 +19,7 @@ pub struct Profile {
     pub rounds: u64,
     /// Wall time of the processor by part \[s\].
     pub host: BTreeMap<&'static str, f64>,
-    /// Time of the device by kernel \[s\], by its own clock; `all` is from the beginning of a round's first kernel to the end of its last. Empty where the adapter has no clock.
+    /// Time of the device by kernel \[s\], by its own clock; `all` is from the beginning of a round's first kernel to the end of its last. Empty where the adapter has no clock, and if only parts are timed.
     pub device: BTreeMap<&'static str, f64>,
     /// Contacts of each lane in the latest substep on the device, and Newton iterations of their solve.
     pub solves: Vec<[u32; 2]>,

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use course::Course;
 use device::device;
 use orchard_fruit::Phase;
-use orchard_lockstep::{Lockstep, LockstepError, Turn};
+use orchard_lockstep::{Detail, Lockstep, LockstepError, Turn};
 use orchard_robot::{Command, RobotModel};
 use orchard_spec::{Preset, Spec};
 use orchard_world::{World, WorldEvent};
@@ -372,7 +372,7 @@ fn the_times_of_a_frame_change_no_bit() {
         watched.enter(&[(lane, other)]).unwrap();
     }
     assert!(watched.profile().is_none());
-    watched.keep_profile(true);
+    watched.keep_profile(Some(Detail::Kernels));
     for frame in 0..4 {
         step_all(&mut together, &mut worlds, command_at(frame));
         step_all(&mut watched, &mut timed, command_at(frame));
@@ -387,7 +387,7 @@ fn the_times_of_a_frame_change_no_bit() {
     for (kernel, seconds) in &profile.device {
         assert!(*seconds >= 0.0, "{kernel}");
     }
-    watched.keep_profile(false);
+    watched.keep_profile(None);
     assert!(watched.profile().is_none());
 }
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2};
 use orchard_bench::store::write_json;
-use orchard_env::{EnvError, Settings, Task, TaskEnv};
+use orchard_env::{EnvError, Pool, Settings, Task, TaskEnv};
 use orchard_policy::{Control, Pixels, SettingError, Spaces};
 use orchard_scenario::{Options, Scenario, controllers};
 use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
@@ -55,7 +55,7 @@ fn frames_of(env: &TaskEnv) -> Option<std::collections::BTreeMap<String, u64>> {
 fn times_of(env: &mut TaskEnv) -> Option<std::collections::BTreeMap<String, f64>> {
     let profile = env.profile();
     if profile.is_none() {
-        env.keep_profile(true);
+        env.keep_profile(Some(orchard_env::Detail::Kernels));
     }
     let profile = profile.or_else(|| env.profile())?;
     let host = profile.host.into_iter().map(|(part, seconds)| (format!("host.{part}"), seconds));
@@ -86,7 +86,7 @@ pub fn resolved(py: Python<'_>, file: Option<PathBuf>, options: Vec<(String, Str
 
 #[pymethods]
 impl Core {
-    /// Makes environments: `options` are those of a scenario on the command line, `pixels` height, width and rate of pictures, `backend` cpu or gpu, `worlds` the first index and the number of worlds, `threads` 0 for
+    /// Makes environments: `options` are those of a scenario on the command line, `pixels` height, width and rate of pictures, `backend` cpu or gpu, `pool` number and seed of the trees that are kept, `worlds` the first index and the number of worlds, `threads` 0 for
     /// one a core; with `copy` each observation has arrays of its own. With `card` the observations stay on the graphics device, which must be CUDA's device of that number, or any of CUDA's if it is negative.
     #[new]
     #[expect(clippy::too_many_arguments, reason = "the keyword arguments of Python")]
@@ -102,6 +102,7 @@ impl Core {
         reward: &str,
         privileged: bool,
         backend: &str,
+        pool: Option<(u32, u64)>,
         worlds: (u32, u32),
         threads: usize,
         copy: bool,
@@ -115,7 +116,8 @@ impl Core {
                 value: backend.to_owned(),
                 problem,
             })?;
-            Ok(Settings { spaces, privileged, backend, ..settings })
+            let pool = pool.map(|(trees, seed)| Pool { trees, seed });
+            Ok(Settings { spaces, privileged, backend, pool, ..settings })
         };
         let settings = settings().map_err(exception)?;
         let scenario = resolved(py, scenario, options)?;

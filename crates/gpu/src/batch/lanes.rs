@@ -2,26 +2,27 @@
 
 use super::GpuBatch;
 use crate::memory::{Scattered, Seedling};
-use crate::worlds::{scatter, scatter_words};
+use crate::worlds::Parcel;
 
 impl GpuBatch {
-    /// Plants trees in the places of worlds. Other worlds stay as they are on the device, and nothing waits for it.
-    pub(crate) fn plant(&mut self, seedlings: Vec<(usize, Seedling)>) {
+    /// Plants trees in the places of worlds, and returns the numbers that [`Self::parcels`] are to bring there. Other worlds stay as they are on the device, and nothing waits for it.
+    pub(crate) fn plant(&mut self, seedlings: Vec<(usize, Seedling)>) -> Vec<Scattered> {
         let sent = self.memory.plant(seedlings);
-        self.send(&sent);
         self.gpu.queue.write_buffer(&self.buffers.tiles, 0, bytemuck::cast_slice(&self.memory.tiles));
+        sent
     }
 
-    /// Writes numbers to their places.
-    pub(crate) fn send(&self, numbers: &Scattered) {
-        let (gpu, buffers) = (&self.gpu, &self.buffers);
-        let Scattered { links, fruit, touches, operations, states, worlds } = numbers;
-        scatter(gpu, &buffers.links, links);
-        scatter(gpu, &buffers.fruit, fruit);
-        scatter(gpu, &buffers.work, touches);
-        scatter(gpu, &buffers.operations, operations);
-        scatter_words(gpu, &buffers.states, states);
-        scatter_words(gpu, &buffers.worlds, worlds);
+    /// Numbers of worlds for the buffers in which they lie.
+    pub(crate) fn parcels<'a>(&'a self, worlds: &'a [Scattered]) -> [Parcel<'a>; 6] {
+        let buffers = &self.buffers;
+        [
+            Parcel::quads(&buffers.links, worlds.iter().map(|own| &own.links)),
+            Parcel::quads(&buffers.fruit, worlds.iter().map(|own| &own.fruit)),
+            Parcel::quads(&buffers.work, worlds.iter().map(|own| &own.touches)),
+            Parcel::quads(&buffers.operations, worlds.iter().map(|own| &own.operations)),
+            Parcel::words(&buffers.states, worlds.iter().map(|own| &own.states)),
+            Parcel::words(&buffers.worlds, worlds.iter().map(|own| &own.worlds)),
+        ]
     }
 
     /// Sends the flags of a world that goes on.

@@ -10,6 +10,7 @@ use crate::layout::{
     world,
 };
 use crate::schedule::{PARTS, Schedule};
+use crate::worlds::{PlacedQuad, PlacedWord};
 
 /// Numbers of a world: constants, state and operations. Rows are those of its tile, used or not.
 #[derive(Debug)]
@@ -27,16 +28,16 @@ pub(crate) struct LaneNumbers {
     worlds: Vec<f32>,
 }
 
-/// Numbers of some worlds with their places in the buffers; places of quads count quads.
+/// Numbers of a world with their places in the buffers.
 #[derive(Debug, Default)]
 pub(crate) struct Scattered {
-    pub links: Vec<(u32, [f32; QUAD])>,
-    pub fruit: Vec<(u32, [f32; QUAD])>,
+    pub links: Vec<PlacedQuad>,
+    pub fruit: Vec<PlacedQuad>,
     /// Places and radii of links, which contacts with a robot read; they lie in the buffer of work.
-    pub touches: Vec<(u32, [f32; QUAD])>,
-    pub operations: Vec<(u32, [u32; QUAD])>,
-    pub states: Vec<(u32, u32)>,
-    pub worlds: Vec<(u32, u32)>,
+    pub touches: Vec<PlacedQuad>,
+    pub operations: Vec<PlacedQuad>,
+    pub states: Vec<PlacedWord>,
+    pub worlds: Vec<PlacedWord>,
 }
 
 /// A field of a row, whose quads follow one another.
@@ -133,15 +134,15 @@ impl Memory {
     /// Writes numbers of a world into the host's copy.
     pub(super) fn put(&mut self, place: &Place, numbers: &LaneNumbers) {
         let Scattered { links, fruit, touches, operations, states, .. } = self.scattered(place, numbers);
-        let copy = |to: &mut [f32], quads: Vec<(u32, [f32; QUAD])>| {
+        let copy = |to: &mut [f32], quads: Vec<PlacedQuad>| {
             let (to, _) = to.as_chunks_mut();
-            quads.into_iter().for_each(|(at, quad)| to[at as usize] = quad);
+            quads.into_iter().for_each(|quad| to[quad.at as usize] = quad.bits.map(f32::from_bits));
         };
         copy(&mut self.links, links);
         copy(&mut self.fruit, fruit);
         copy(&mut self.work, touches);
-        operations.into_iter().for_each(|(at, words)| self.operations[at as usize] = words);
-        states.into_iter().for_each(|(at, bits)| self.states[at as usize] = bits);
+        operations.into_iter().for_each(|words| self.operations[words.at as usize] = words.bits);
+        states.into_iter().for_each(|word| self.states[word.at as usize] = word.bits);
         self.put_world(place, numbers);
     }
 
@@ -162,35 +163,29 @@ impl Memory {
         let of_damper = |k: usize| self.damper_at(number, 0, lane) + k * LANES * QUAD;
         let of_touch = |k: usize| self.touch_at(number, 0, k * QUAD, lane);
         let of_fruit = |k: usize| self.fruit_at(number, 0, k * QUAD, lane);
-        let quads = |numbers: &[[f32; QUAD]], at: &dyn Fn(usize) -> usize| -> Vec<(u32, [f32; QUAD])> {
-            numbers.iter().enumerate().map(|(k, quad)| ((at(k) / QUAD) as u32, *quad)).collect()
+        let quads = |numbers: &[[f32; QUAD]], at: &dyn Fn(usize) -> usize| -> Vec<PlacedQuad> {
+            let each = numbers.iter().enumerate();
+            each.map(|(k, quad)| PlacedQuad::new((at(k) / QUAD) as u32, *quad)).collect()
         };
+        let word = |(at, bits): (u32, u32)| PlacedWord { at, bits };
         let of_world = |k: usize| self.world_at(number, k, lane) as u32;
         Scattered {
             links: [
                 quads(&numbers.links, &of_link),
                 quads(&numbers.dampers, &of_damper),
-                numbers.winds.clone(),
+                numbers.winds.iter().map(|(at, quad)| PlacedQuad::new(*at, *quad)).collect(),
             ]
             .concat(),
             fruit: quads(&numbers.fruit, &of_fruit),
             touches: quads(&numbers.touches, &of_touch),
-            operations: rows.iter().copied().zip(numbers.operations.iter().copied()).collect(),
-            states: rows.iter().copied().zip(numbers.states.iter().copied()).collect(),
-            worlds: (0..).map(of_world).zip(numbers.worlds.iter().map(|x| x.to_bits())).collect(),
+            operations: rows
+                .iter()
+                .zip(&numbers.operations)
+                .map(|(at, own)| PlacedQuad::new(*at, *own))
+                .collect(),
+            states: rows.iter().copied().zip(numbers.states.iter().copied()).map(word).collect(),
+            worlds: (0..).map(of_world).zip(numbers.worlds.iter().map(|x| x.to_bits())).map(word).collect(),
         }
-    }
-}
-
-impl Scattered {
-    /// Adds those of another world.
-    pub fn extend(&mut self, other: Self) {
-        self.links.extend(other.links);
-        self.fruit.extend(other.fruit);
-        self.touches.extend(other.touches);
-        self.operations.extend(other.operations);
-        self.states.extend(other.states);
-        self.worlds.extend(other.worlds);
     }
 }
 

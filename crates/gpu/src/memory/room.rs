@@ -14,6 +14,7 @@ use crate::BatchError;
 use crate::laws::Laws;
 use crate::layout::{LANES, QUAD, link, notice, tile, world};
 use crate::schedule::{MOST_FRUIT_ROWS, PARTS, Schedule, WARPS};
+use crate::worlds::{PlacedQuad, PlacedWord};
 
 /// Sizes of trees that fit into the same place of a batch: the rows of each part of a schedule, what its passes hand on, the places at which it feels the air, and the longest way from a tip to the root.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -153,7 +154,7 @@ impl Memory {
     }
 
     /// Plants trees in the places of worlds, of which nothing is left, and returns what the device takes. Of their numbers the host keeps only those that a world has but once.
-    pub fn plant(&mut self, seedlings: Vec<(usize, Seedling)>) -> Scattered {
+    pub fn plant(&mut self, seedlings: Vec<(usize, Seedling)>) -> Vec<Scattered> {
         let each: Vec<Scattered> =
             seedlings.par_iter().map(|(_, tree)| self.scattered(&tree.place, &tree.numbers)).collect();
         let mut of_tiles = BTreeSet::new();
@@ -163,10 +164,7 @@ impl Memory {
             self.places[index] = place;
         }
         self.set_lengths(&of_tiles);
-        each.into_iter().fold(Scattered::default(), |mut all, own| {
-            all.extend(own);
-            all
-        })
+        each
     }
 
     /// Sets the numbers of rows of the parts of tiles that their worlds use.
@@ -203,14 +201,15 @@ impl Memory {
         for (&id, &row) in plant.tree.bodies.iter().zip(place.rows.iter()) {
             let (dof, q) = (plant.model.dofs(id).start, plant.model.qs(id).start);
             let motion = [data.q[q], data.q[q + 1], data.v[dof], data.v[dof + 1]].map(|x| x as f32);
-            sent.links.push((self.motion_quad(number, row, lane), motion));
+            sent.links.push(PlacedQuad::new(self.motion_quad(number, row, lane), motion));
         }
         let is_broken = !given.rupture().breaks().is_empty();
         if is_broken || place.is_broken {
             let each = self.states_of(&place, given).into_iter().zip(limits(given, start));
             for (&row, (bits, limit)) in place.rows.iter().zip(each) {
-                sent.states.push((self.operation_at(number, row, lane) as u32, bits));
-                sent.links.push(((self.link_at(number, row, link::LIMIT, lane) / QUAD) as u32, limit));
+                sent.states.push(PlacedWord { at: self.operation_at(number, row, lane) as u32, bits });
+                let at = (self.link_at(number, row, link::LIMIT, lane) / QUAD) as u32;
+                sent.links.push(PlacedQuad::new(at, limit));
             }
         }
         self.places[index].is_broken = is_broken;
@@ -220,7 +219,8 @@ impl Memory {
             for (field, value) in fruit_rows::numbers(given, i) {
                 quads[field / QUAD][field % QUAD] = value as f32;
             }
-            sent.fruit.extend((first..).step_by(LANES).map(|at| at as u32).zip(quads));
+            let places = (first..).step_by(LANES);
+            sent.fruit.extend(places.zip(quads).map(|(at, quad)| PlacedQuad::new(at as u32, quad)));
         }
         let began = self.began(&place, given);
         for (field, bits) in

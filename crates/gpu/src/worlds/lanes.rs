@@ -9,7 +9,8 @@ use orchard_robot::{RobotHandle, RobotModel, SetPoints};
 use rayon::prelude::*;
 
 use super::meeting::Meeting;
-use super::quads::{Gathered, scatter};
+use super::quads::Gathered;
+use super::scatter::{Parcel, PlacedQuad, scatter};
 use super::table::stand_alike;
 use super::told::{Course, News, Question, Told, Wish};
 use super::{SUBSTEP, WorldBatch, check, timed};
@@ -19,7 +20,7 @@ use crate::clock::Clock;
 use crate::device::{Gpu, GpuError};
 use crate::laws::Laws;
 use crate::layout::{QUAD, meeting, robot, system};
-use crate::memory::{Room, Scattered};
+use crate::memory::Room;
 use crate::robots::exchange::set_points;
 use crate::robots::{RobotBatch, row_place};
 use crate::rules::Rules;
@@ -138,18 +139,18 @@ impl WorldBatch {
     /// Puts worlds into their lanes, in the place of what was there. The other lanes go on as they were, and nothing waits for the device.
     pub fn plant(&mut self, tenants: &[Tenant<'_>]) {
         let (back, new): (Vec<Tenant<'_>>, Vec<_>) = tenants.iter().partition(|tenant| tenant.is_back);
+        let mut trees = Vec::new();
         if !new.is_empty() {
             let memory = &self.trees.memory;
             let seedling =
                 |of: &Tenant<'_>| (of.lane, memory.seedling(of.lane, of.tree, &of.fitted.0, of.start));
-            self.trees.plant(new.par_iter().map(seedling).collect());
+            trees = self.trees.plant(new.par_iter().map(seedling).collect());
             for tenant in &new {
                 self.set_places(tenant);
             }
         }
-        let mut sent = Scattered::default();
         for tenant in &back {
-            sent.extend(self.trees.memory.resume(tenant.lane, tenant.tree, tenant.start));
+            trees.push(self.trees.memory.resume(tenant.lane, tenant.tree, tenant.start));
             self.trees.send_flags(tenant.lane);
         }
         let mut robots = Vec::new();
@@ -157,12 +158,13 @@ impl WorldBatch {
         for tenant in tenants {
             let Tenant { lane, model, handle, data, set_points, .. } = *tenant;
             self.robots.load(lane, model, handle, data, set_points);
-            robots.extend(self.robots.state_quads(lane));
+            robots.extend(self.robots.state_quads(lane).map(|(at, quad)| PlacedQuad::new(at, quad)));
             let record = 4 * (self.table.records + lane * self.table.record) as u64;
             self.gpu.queue.write_buffer(&self.buffers.meetings, record, bytemuck::cast_slice(&zeros));
         }
-        self.trees.send(&sent);
-        scatter(&self.gpu, &self.robots.buffers.robots, &robots);
+        let of_robots = Parcel::quads(&self.robots.buffers.robots, std::iter::once(&robots));
+        let parcels: Vec<_> = self.trees.parcels(&trees).into_iter().chain([of_robots]).collect();
+        scatter(&self.gpu, &parcels);
     }
 
     /// Tells the device where the new tree of a lane is, and what of it is read.

@@ -5,6 +5,7 @@ mod lanes;
 mod meeting;
 pub(crate) mod pipelines;
 mod quads;
+mod scatter;
 mod table;
 mod told;
 
@@ -30,7 +31,7 @@ use lanes::Read;
 pub use lanes::{Fitted, Tenant};
 pub use meeting::{ContactPoint, Meeting};
 use pipelines::WorldPass;
-pub(crate) use quads::{scatter, scatter_words};
+pub(crate) use scatter::{Parcel, PlacedQuad, PlacedWord};
 pub use table::world_colliders;
 use table::{WorldTable, overlaps, stand_alike};
 pub use told::{Course, News, Wish};

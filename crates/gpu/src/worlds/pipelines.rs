@@ -79,10 +79,12 @@ impl WorldPipelines {
 #[derive(Debug)]
 pub(crate) struct QuadPipelines {
     pub gather: ComputePipeline,
-    pub scatter: ComputePipeline,
-    pub scatter_words: ComputePipeline,
-    /// Layout of their bindings: places, quads, packed quads.
+    /// Layout of its bindings: places, quads, packed quads.
     pub bindings: wgpu::BindGroupLayout,
+    pub scatter_quads: ComputePipeline,
+    pub scatter_words: ComputePipeline,
+    /// Layout of the bindings of both: records, the buffer.
+    pub scatter_bindings: wgpu::BindGroupLayout,
     pub give: ComputePipeline,
     pub tell: ComputePipeline,
     /// Layout of the bindings of both, in the order of `kernels/tell.wgsl`.
@@ -96,14 +98,17 @@ impl QuadPipelines {
         let written = (BufferBindingType::Storage { read_only: false }, false);
         let source = include_str!("../kernels/quads.wgsl").to_owned();
         let kernels = Kernels::new(device, "quads", source, &[read, written, written]);
+        let source = include_str!("../kernels/scatter.wgsl").to_owned();
+        let scattering = Kernels::new(device, "scatter", source, &[read, written]);
         let telling = crate::layout::wgsl() + include_str!("../kernels/tell.wgsl");
         let telling =
             Kernels::new(device, "tell", telling, &[read, read, written, read, read, read, written, written]);
         Self {
             gather: kernels.pipeline("gather", &[]),
-            scatter: kernels.pipeline("scatter", &[]),
-            scatter_words: kernels.pipeline("scatter_words", &[]),
             bindings: kernels.bindings,
+            scatter_quads: scattering.pipeline("scatter_quads", &[]),
+            scatter_words: scattering.pipeline("scatter_words", &[]),
+            scatter_bindings: scattering.bindings,
             give: telling.pipeline("give", &[]),
             tell: telling.pipeline("tell", &[]),
             tell_bindings: telling.bindings,

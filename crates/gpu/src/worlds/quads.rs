@@ -1,6 +1,5 @@
-//! Quads of a buffer that the host reads in every frame, or writes now and then, wherever they lie.
+//! Quads of a buffer that the host reads in every frame, wherever they lie.
 
-use bytemuck::Pod;
 use rayon::prelude::*;
 use wgpu::{BufferUsages, ComputePipeline};
 
@@ -121,34 +120,6 @@ impl Gathered {
         self.staging.unmap();
         Ok(())
     }
-}
-
-/// Writes quads to places of a buffer; a place counts quads.
-pub(crate) fn scatter<T: Pod>(gpu: &Gpu, to: &wgpu::Buffer, quads: &[(u32, [T; QUAD])]) {
-    scatter_by(gpu, &gpu.quad_pipelines().scatter, to, quads);
-}
-
-/// Writes words to places of a buffer.
-pub(crate) fn scatter_words(gpu: &Gpu, to: &wgpu::Buffer, words: &[(u32, u32)]) {
-    scatter_by(gpu, &gpu.quad_pipelines().scatter_words, to, words);
-}
-
-fn scatter_by<T: Pod>(gpu: &Gpu, kernel: &ComputePipeline, to: &wgpu::Buffer, given: &[(u32, T)]) {
-    if given.is_empty() {
-        return;
-    }
-    let (places, values): (Vec<u32>, Vec<T>) = given.iter().copied().unzip();
-    let storage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
-    let list = create_buffer(gpu, "places", 4 * places.len(), storage);
-    let packed = create_buffer(gpu, "packed", size_of_val(values.as_slice()), storage);
-    // The buffers are a little longer than the lists: what lies behind them goes nowhere.
-    let mut padded = places;
-    padded.resize(padded.len().next_multiple_of(QUAD), NOWHERE);
-    gpu.queue.write_buffer(&list, 0, bytemuck::cast_slice(&padded));
-    gpu.queue.write_buffer(&packed, 0, bytemuck::cast_slice(&values));
-    let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    run(&mut encoder, kernel, &bound(gpu, &list, to, packed_from(&packed, 0)), padded.len(), None);
-    gpu.queue.submit([encoder.finish()]);
 }
 
 /// A buffer of packed quads from one of them on.

@@ -51,6 +51,7 @@ class Core:
         reward: str,
         privileged: bool,
         backend: str,
+        pool: tuple[int, int] | None,
         worlds: tuple[int, int],
         threads: int,
         copy: bool,

@@ -48,6 +48,10 @@ class Settings(TypedDict, total=False):
     """Observe truth, under the key ``privileged``: for critics and teachers. A policy that reads it cannot be ranked. Default: False."""
     backend: str
     """Where the worlds move: ``cpu`` (default, in float64) or ``gpu`` (any graphics device, in float32; preset ``paper``)."""
+    trees: int
+    """Let all episodes begin in so many worlds, each of which is grown once and kept, so that a reset costs little. Default: every episode has a new one."""
+    trees_seed: int
+    """Seed of these worlds. Default: 0."""
     world: int
     """Index of the first environment's world under its seed. Default: 0."""
 
@@ -81,11 +85,21 @@ def make_core(task: str, num_envs: int, threads: int, copy: bool, settings: Sett
         text("reward", settings.get("reward", "shaped")),
         bool(settings.get("privileged", False)),
         text("backend", settings.get("backend", "cpu")),
+        pool_of(settings),
         (whole("world", settings.get("world", 0), 2**32), whole("num_envs", num_envs, 2**32)),
         whole("threads", threads, 2**16),
         bool(copy),
         card,
     )
+
+
+def pool_of(settings: Settings) -> tuple[int, int] | None:
+    """Number and seed of the worlds that are kept, if there are any."""
+    if "trees" not in settings:
+        if "trees_seed" in settings:
+            raise ValueError("trees_seed is the seed of the worlds that trees keeps, and trees is not given")
+        return None
+    return whole("trees", settings["trees"], 2**32), whole("trees_seed", settings.get("trees_seed", 0), 2**64)
 
 
 def text(name: str, value: object) -> str:

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use orchard_env::{Backend, Settings, Task, TaskEnv};
+use orchard_env::{Backend, Detail, Pool, Settings, Task, TaskEnv};
 use orchard_policy::Spaces;
 use orchard_scenario::Scenario;
 use orchard_spec::camera::CameraSpec;
@@ -39,10 +39,20 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
     let mut rows = Vec::new();
     for &envs in numbers {
         let is_many = envs == TARGET_ENVS;
-        let case =
-            Case { scenario: &state, depth: false, stays: false, backend: Backend::Gpu, envs, rounds, steps };
+        let case = Case {
+            scenario: &state,
+            depth: false,
+            stays: false,
+            pool: None,
+            backend: Backend::Gpu,
+            envs,
+            rounds,
+            steps,
+        };
         let target = is_many.then_some(TARGET);
         rows.extend(rows_of(&format!("env.gpu_{envs}"), &case, target)?);
+        let case = Case { pool: Some(Pool { trees: envs, seed: SEED }), ..case };
+        rows.extend(rows_of(&format!("env.gpu_pool_{envs}"), &case, target)?);
         let case = Case { scenario: &depth, depth: true, ..case };
         let target = is_many.then_some(DEPTH_TARGET);
         rows.extend(rows_of(&format!("env.gpu_depth_{envs}"), &case, target)?);
@@ -50,8 +60,16 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
         rows.extend(rows_of(&format!("env.gpu_depth_stays_{envs}"), &case, target)?);
     }
     let envs = numbers[0];
-    let case =
-        Case { scenario: &depth, depth: true, stays: false, backend: Backend::Cpu, envs, rounds, steps };
+    let case = Case {
+        scenario: &depth,
+        depth: true,
+        stays: false,
+        pool: None,
+        backend: Backend::Cpu,
+        envs,
+        rounds,
+        steps,
+    };
     rows.extend(rows_of(&format!("env.cpu_depth_{envs}"), &case, None)?);
     Ok(rows.into())
 }
@@ -75,6 +93,8 @@ struct Case<'a> {
     depth: bool,
     /// Observations stay on the device.
     stays: bool,
+    /// Worlds that are kept for resets.
+    pool: Option<Pool>,
     backend: Backend,
     envs: u32,
     rounds: u32,
@@ -85,7 +105,7 @@ struct Case<'a> {
 fn rows_of(name: &str, case: &Case<'_>, target: Option<f64>) -> anyhow::Result<Vec<Row>> {
     let Case { envs, steps, .. } = *case;
     let spaces = Spaces { control_hz: CONTROL_HZ, depth: case.depth, ..Spaces::default() };
-    let settings = Settings { spaces, backend: case.backend, ..Settings::of(Task::Reach) };
+    let settings = Settings { spaces, backend: case.backend, pool: case.pool, ..Settings::of(Task::Reach) };
     let mut env = TaskEnv::new(case.scenario, &settings, 0..envs)?;
     if case.stays {
         env.keep_on_device(false)?;
@@ -148,9 +168,11 @@ fn rows_of(name: &str, case: &Case<'_>, target: Option<f64>) -> anyhow::Result<V
     rows.extend(resetting_rows(name, &rates, &resetting, case.backend));
     if case.backend == Backend::Gpu && !case.depth {
         for (part, resets) in [("", false), (".resetting", true)] {
-            env.keep_profile(true);
-            let seconds = run(&mut env, resets)?;
-            rows.extend(step_rows(&format!("{name}{part}"), &env, seconds, steps));
+            for detail in [Detail::Parts, Detail::Kernels] {
+                env.keep_profile(Some(detail));
+                let seconds = run(&mut env, resets)?;
+                rows.extend(step_rows(&format!("{name}{part}"), &env, detail, (seconds, steps)));
+            }
         }
     }
     Ok(rows)
@@ -170,14 +192,20 @@ fn resetting_rows(name: &str, rates: &Rounds, resetting: &Rounds, backend: Backe
     ]
 }
 
-/// Parts of the mean step of all environments, all crews together, in a run of their own, in which every kernel is timed.
-fn step_rows(name: &str, env: &TaskEnv, seconds: f64, steps: u32) -> Vec<Row> {
+/// Parts of the mean step of all environments, all crews together: of a run in which the processor's parts are timed, or of one in which every kernel is.
+fn step_rows(name: &str, env: &TaskEnv, detail: Detail, (seconds, steps): (f64, u32)) -> Vec<Row> {
     let Some(profile) = env.profile().filter(|profile| profile.rounds > 0) else { return Vec::new() };
     let row = |part: &str, seconds: f64, what: &str| {
         let row = Row::measured(&format!("{name}.step{part}"), 1e3 * seconds / f64::from(steps), "ms");
         Row { note: Some(format!("{what}, a step of all environments; {steps} steps")), ..row }
     };
-    let mut rows = vec![row("", seconds, "wall time where every kernel is timed")];
+    if detail == Detail::Kernels {
+        let timed = profile.device.iter().map(|(kernel, seconds)| {
+            row(&format!(".device.{kernel}"), *seconds, "time of the device by its own clock")
+        });
+        return timed.chain(contact_rows(name, &profile.solves)).collect();
+    }
+    let mut rows = vec![row("", seconds, "wall time where the processor's parts are timed")];
     let rounds = profile.rounds as f64 / f64::from(steps);
     let rounds = Row::measured(&format!("{name}.step.rounds"), rounds, "1");
     rows.push(Row {
@@ -187,10 +215,6 @@ fn step_rows(name: &str, env: &TaskEnv, seconds: f64, steps: u32) -> Vec<Row> {
     for (part, seconds) in &profile.host {
         rows.push(row(&format!(".host.{part}"), *seconds, "wall time of the processor"));
     }
-    for (kernel, seconds) in &profile.device {
-        rows.push(row(&format!(".device.{kernel}"), *seconds, "time of the device by its own clock"));
-    }
-    rows.extend(contact_rows(name, &profile.solves));
     rows
 }
 
