@@ -138,12 +138,12 @@ impl Mover {
         }
     }
 
-    /// Crew of a lane, and its lane there.
-    pub fn place(&self, lane: usize) -> (usize, usize) {
+    /// Number of lanes of a crew, if there are so many lanes in all; those of the first crew come first.
+    pub fn lanes(&self, crew: usize, all: usize) -> usize {
         match self {
-            Self::Cpu => (0, lane),
+            Self::Cpu => all,
             #[cfg(feature = "gpu")]
-            Self::Gpu(Device { crews, .. }) => place(crews, lane),
+            Self::Gpu(Device { crews, .. }) => crews[crew].len(),
         }
     }
 
@@ -210,14 +210,15 @@ impl Mover {
     /// # Errors
     /// The device was lost.
     pub fn step(&mut self, worlds: &mut [World], commands: &[Command]) -> Result<(), EnvError> {
-        let places: Vec<(usize, usize)> = (0..worlds.len()).map(|lane| self.place(lane)).collect();
-        let mut begun = Vec::new();
+        let (mut begun, mut turns) = (Vec::new(), turns(worlds, commands));
         for crew in 0..self.crews() {
-            begun.push(self.begin(crew, &mut of_crew(crew, &places, worlds, commands))?);
+            let mut own: Vec<Turn<'_>> = turns.by_ref().take(self.lanes(crew, commands.len())).collect();
+            own.iter_mut().enumerate().for_each(|(lane, turn)| turn.lane = lane);
+            begun.push((self.begin(crew, &mut own)?, own));
         }
-        for (crew, begun) in begun.into_iter().enumerate() {
+        for (crew, (begun, mut own)) in begun.into_iter().enumerate() {
             if let Some(begun) = begun {
-                self.end(crew, &mut of_crew(crew, &places, worlds, commands), begun)?;
+                self.end(crew, &mut own, begun)?;
             }
         }
         Ok(())
@@ -346,19 +347,8 @@ fn place(crews: &[orchard_lockstep::Lockstep], lane: usize) -> (usize, usize) {
     (lane / each, lane % each)
 }
 
-/// Turns of the worlds of one crew; `places` has the crew of each world, and its lane there.
-fn of_crew<'a>(
-    crew: usize,
-    places: &[(usize, usize)],
-    worlds: &'a mut [World],
-    commands: &[Command],
-) -> Vec<Turn<'a>> {
-    let all = worlds.iter_mut().zip(commands).zip(places).filter(|(_, (of, _))| *of == crew);
-    let turn = |((world, command), (_, lane)): ((&'a mut World, &Command), &(usize, usize))| Turn {
-        lane: *lane,
-        world,
-        command: *command,
-        is_whole: true,
-    };
-    all.map(turn).collect()
+/// Turns of worlds, each in the lane of its place.
+fn turns<'a>(worlds: &'a mut [World], commands: &'a [Command]) -> impl Iterator<Item = Turn<'a>> {
+    let all = worlds.iter_mut().zip(commands).enumerate();
+    all.map(|(lane, (world, command))| Turn { lane, world, command: *command, is_whole: true })
 }

@@ -1,7 +1,6 @@
 //! Many environments of a task.
 
 use std::ops::Range;
-use std::time::Instant;
 
 use orchard_picker::{Controller, Goal};
 use orchard_policy::{Encoding, SettingError, Spaces, Target, Values};
@@ -22,7 +21,7 @@ use crate::rules::LearningRules;
 use crate::settings::{Settings, Task, WORLDS};
 use crate::slot::{Shared, Slot};
 use crate::starts::Starts;
-use crate::together::{Crew, Member};
+use crate::together::Crew;
 use crate::{harvest, privileged};
 
 /// A task on many worlds: each environment has a world of its own and steps it by actions.
@@ -229,42 +228,24 @@ impl TaskEnv {
     /// As [`Self::step`], some frames at a time. The environments of a crew advance together; while one crew is on the device, the other's frames are judged here.
     fn step_together(&mut self, actions: &[f32], mask: &[bool]) -> Result<(), EnvError> {
         let Self { shared, slots, mover, .. } = self;
-        let shared = &*shared;
-        let since = Instant::now();
+        let (shared, lanes) = (&*shared, slots.len());
         let size = shared.interface.policy.action.len();
-        let mut crews: Vec<Crew<'_>> = (0..mover.crews()).map(|_| Crew::default()).collect();
-        let each = slots.par_iter_mut().zip(actions.par_chunks_exact(size)).zip(mask).enumerate();
-        let chosen = each.filter(|(_, (_, chosen))| **chosen);
-        let begun = chosen.filter_map(|(index, ((slot, action), _))| {
-            let (motion, stepping) = (slot.motion(action, shared)?, slot.begin_step(shared)?);
-            let (crew, lane) = mover.place(index);
-            let (commands, judged, is_whole) = (Vec::new(), 0, false);
-            Some((crew, Member { index, lane, slot, motion, stepping, shared, commands, judged, is_whole }))
-        });
-        for (crew, member) in begun.collect::<Vec<_>>() {
-            crews[crew].members.push(member);
-        }
-        mover.note("begin_step", since);
-        for (number, crew) in crews.iter_mut().enumerate() {
-            crew.begin(number, mover)?;
+        let mut each = slots.iter_mut().zip(actions.chunks_exact(size)).zip(mask).enumerate();
+        let mut crews = Vec::new();
+        for number in 0..mover.crews() {
+            let own = each.by_ref().take(mover.lanes(number, lanes)).enumerate();
+            let chosen = own.filter(|(_, (_, (_, chosen)))| **chosen);
+            let chosen = chosen.map(|(lane, (index, ((slot, action), _)))| ([index, lane], slot, action));
+            let mut crew = Crew::new(number, chosen.collect(), shared, mover);
+            crew.begin(mover)?;
+            crews.push(crew);
         }
         while crews.iter().any(|crew| crew.is_under_way) {
-            for (number, crew) in crews.iter_mut().enumerate().filter(|(_, crew)| crew.is_under_way) {
-                crew.end(number, mover)?;
-                crew.begin(number, mover)?;
+            for crew in crews.iter_mut().filter(|crew| crew.is_under_way) {
+                crew.end(mover)?;
+                crew.begin(mover)?;
             }
         }
-        let since = Instant::now();
-        if shared.ends_with_tree() {
-            // Those whose episode ended in the midst of the step.
-            let members = crews.iter_mut().flat_map(|crew| &mut crew.members);
-            mover.catch_up(members.filter_map(|of| Some((of.index, of.slot.world_mut()?))).collect())?;
-        }
-        crews.par_iter_mut().flat_map(|crew| &mut crew.members).for_each(|member| {
-            member.slot.end_step(&member.stepping, shared);
-            member.slot.keep(&member.motion);
-        });
-        mover.note("end_step", since);
         Ok(())
     }
 

@@ -61,40 +61,80 @@ impl Span for &mut Member<'_> {
 }
 
 /// Environments whose frames are computed together.
-#[derive(Default)]
 pub(crate) struct Crew<'a> {
-    pub members: Vec<Member<'a>>,
+    number: usize,
+    members: Vec<Member<'a>>,
+    shared: &'a Shared,
     /// True if frames were begun and not ended.
     pub is_under_way: bool,
     begun: Option<Begun>,
 }
 
 impl<'a> Crew<'a> {
-    /// Begins the next frames of the steps that go on, if there are any.
+    /// Begins a step of environments, which are given with their index, their lane in the crew, and an action that they can take.
+    pub fn new(
+        number: usize,
+        given: Vec<([usize; 2], &'a mut Slot, &[f32])>,
+        shared: &'a Shared,
+        mover: &mut Mover,
+    ) -> Self {
+        let since = Instant::now();
+        let members = given.into_par_iter().map(|([index, lane], slot, action)| {
+            let Some((motion, stepping)) = slot.motion(action, shared).zip(slot.begin_step(shared)) else {
+                unreachable!("an environment that can take an action has a world")
+            };
+            let (commands, judged, is_whole) = (Vec::new(), 0, false);
+            Member { index, lane, slot, motion, stepping, shared, commands, judged, is_whole }
+        });
+        let members = members.collect();
+        mover.note("begin_step", since);
+        Self { number, members, shared, is_under_way: false, begun: None }
+    }
+
+    /// Begins the next frames of the steps that go on. If there are none, the steps end.
     ///
     /// # Errors
     /// The device was lost.
-    pub fn begin(&mut self, number: usize, mover: &mut Mover) -> Result<(), EnvError> {
+    pub fn begin(&mut self, mover: &mut Mover) -> Result<(), EnvError> {
         let since = Instant::now();
         self.is_under_way = self.members.par_iter_mut().map(Member::plan).reduce(|| false, |a, b| a | b);
         mover.note("plan", since);
-        self.begun = if self.is_under_way { mover.begin(number, &mut self.spans())? } else { None };
-        Ok(())
+        if self.is_under_way {
+            self.begun = mover.begin(self.number, &mut self.spans())?;
+            return Ok(());
+        }
+        self.end_steps(mover)
     }
 
-    /// Ends them.
+    /// Ends the frames.
     ///
     /// # Errors
     /// The device was lost.
-    pub fn end(&mut self, number: usize, mover: &mut Mover) -> Result<(), EnvError> {
+    pub fn end(&mut self, mover: &mut Mover) -> Result<(), EnvError> {
         if let Some(begun) = self.begun.take() {
-            mover.end(number, &mut self.spans(), begun)?;
+            mover.end(self.number, &mut self.spans(), begun)?;
         }
-        self.is_under_way = false;
         let due = self.members.iter_mut().filter(|member| member.stepping.is_image_due());
         let mut worlds: Vec<_> =
             due.filter_map(|member| Some((member.index, member.slot.world_mut()?))).collect();
         if worlds.is_empty() { Ok(()) } else { mover.observe(&mut worlds).map(|_| ()) }
+    }
+
+    /// Ends the steps: what is observed and rewarded.
+    fn end_steps(&mut self, mover: &mut Mover) -> Result<(), EnvError> {
+        let since = Instant::now();
+        let shared = self.shared;
+        if shared.ends_with_tree() {
+            // Those whose episode ended in the midst of the step.
+            let members = self.members.iter_mut();
+            mover.catch_up(members.filter_map(|of| Some((of.index, of.slot.world_mut()?))).collect())?;
+        }
+        self.members.par_iter_mut().for_each(|member| {
+            member.slot.end_step(&member.stepping, shared);
+            member.slot.keep(&member.motion);
+        });
+        mover.note("end_step", since);
+        Ok(())
     }
 
     /// Those whose frames are under way.

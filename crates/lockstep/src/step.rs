@@ -31,6 +31,13 @@ struct Start {
     here: Vec<Where>,
 }
 
+impl Start {
+    /// True if the frames are computed here, and need nothing of the device.
+    fn steps_here(&self) -> bool {
+        self.commands.is_empty() && !self.is_late
+    }
+}
+
 impl Lockstep {
     /// Advances worlds by the frames of their spans, or by the first of them if there is no room for all. A world that leaves the device in the midst of them takes the others here. Worlds in other lanes stand still.
     ///
@@ -68,13 +75,19 @@ impl Lockstep {
         for (span, start) in spans.iter().zip(&starts) {
             courses[span.lane()] = Course { commands: &start.commands, wish: start.wish, climb: start.climb };
         }
-        self.batch.advance_lanes(&courses)?;
+        // Worlds that are computed here move while the frames of the others are submitted.
+        let (batch, of_starts) = (&mut self.batch, &starts);
+        let (submitted, here) = rayon::join(
+            || batch.advance_lanes(&courses),
+            || {
+                let each = spans.par_iter_mut().zip(of_starts);
+                each.map(|(span, start)| start.steps_here().then(|| step_here(span, start.place, most)))
+                    .collect::<Vec<_>>()
+            },
+        );
+        submitted?;
+        starts.iter_mut().zip(here).for_each(|(start, here)| start.here = here.unwrap_or_default());
         watch.part(&mut self.profile, "submit");
-        // While the device is at work.
-        let here = spans.par_iter_mut().zip(&mut starts);
-        let here = here.filter(|(_, start)| start.commands.is_empty() && !start.is_late);
-        here.for_each(|(span, start)| start.here = step_here(span, start.place, most));
-        watch.part(&mut self.profile, "step_here");
         Ok(Begun { starts })
     }
 
