@@ -1,6 +1,8 @@
 //! Movers of worlds: the processor, or a graphics device.
 
 #[cfg(feature = "gpu")]
+use std::collections::BTreeMap;
+#[cfg(feature = "gpu")]
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::time::Instant;
 
@@ -44,6 +46,8 @@ pub(crate) struct Device {
     crews: Vec<orchard_lockstep::Lockstep>,
     eyes: Box<orchard_lockstep::Eyes>,
     gpu: Arc<orchard_gpu::Gpu>,
+    /// Constants of the worlds of a pool by index.
+    fittings: BTreeMap<u32, Arc<orchard_lockstep::Fitting>>,
     /// Observations that stay there, if they do.
     observed: Option<Box<crate::on_device::OnDevice>>,
     /// Times of the environments' own parts of a frame, if they are kept.
@@ -89,30 +93,22 @@ impl Mover {
                     orchard_lockstep::Lockstep::crews(&gpu, &samples, lanes, CREWS, frames.min(MOST_FRAMES));
                 let (crews, eyes) =
                     (crews.map_err(|e| device(&e))?, Box::new(orchard_lockstep::Eyes::new(&gpu)));
-                Ok(Self::Gpu(Device { crews, eyes, gpu, observed: None, profile: None }))
+                let fittings = BTreeMap::new();
+                Ok(Self::Gpu(Device { crews, eyes, gpu, fittings, observed: None, profile: None }))
             }
         }
     }
 
-    /// Lets worlds enter lanes.
+    /// Lets worlds enter lanes. `returns`: they are worlds of a pool, of which each index is one, so that what is found out about them is kept.
     ///
     /// # Errors
-    /// The device cannot step one of them.
+    /// The device cannot step one of them; the others have entered.
     #[cfg_attr(not(feature = "gpu"), expect(unused_variables, clippy::unnecessary_wraps))]
-    pub fn enter(&mut self, entering: &[(usize, &World)]) -> Result<(), EnvError> {
+    pub fn enter(&mut self, entering: &[(usize, &World)], returns: bool) -> Result<(), EnvError> {
         match self {
             Self::Cpu => Ok(()),
             #[cfg(feature = "gpu")]
-            Self::Gpu(Device { crews, .. }) => {
-                let mut of_crews = vec![Vec::new(); crews.len()];
-                for &(lane, world) in entering {
-                    let (crew, lane) = place(crews, lane);
-                    of_crews[crew].push((lane, world));
-                }
-                let entered: Vec<_> =
-                    crews.iter_mut().zip(&of_crews).map(|(crew, of)| crew.enter(of)).collect();
-                entered.into_iter().collect::<Result<(), _>>().map_err(|e| device(&e))
-            }
+            Self::Gpu(device) => device.enter(entering, returns),
         }
     }
 
@@ -336,6 +332,36 @@ impl Mover {
                 Some(tallies.fold(orchard_lockstep::Tally::default(), orchard_lockstep::Tally::with))
             }
         }
+    }
+}
+
+#[cfg(feature = "gpu")]
+impl Device {
+    fn enter(&mut self, entering: &[(usize, &World)], returns: bool) -> Result<(), EnvError> {
+        let Self { crews, fittings, .. } = self;
+        let fitting = |(_, world): &(usize, &World)| match fittings.get(&world.index()).filter(|_| returns) {
+            Some(known) => Ok(known.clone()),
+            // All crews have the same room.
+            None => crews[0].fit(world).map(Arc::new),
+        };
+        let found: Vec<_> = entering.par_iter().map(fitting).collect();
+        let mut entered = Ok(());
+        for (&(lane, world), found) in entering.iter().zip(found) {
+            let (crew, lane) = place(crews, lane);
+            match found {
+                Ok(fitting) => {
+                    if returns {
+                        fittings.insert(world.index(), fitting.clone());
+                    }
+                    crews[crew].enter_fitted(lane, fitting);
+                }
+                Err(e) => {
+                    crews[crew].leave(lane);
+                    entered = entered.and(Err(device(&e)));
+                }
+            }
+        }
+        entered
     }
 }
 

@@ -174,11 +174,11 @@ impl TaskEnv {
 
     /// Lets the worlds of some environments enter their lanes.
     fn enter(&mut self, mask: &[bool]) -> Result<(), EnvError> {
-        let Self { slots, mover, alone, .. } = self;
+        let Self { slots, mover, alone, shared } = self;
         let chosen = slots.iter().zip(mask).enumerate().filter(|(_, (_, chosen))| **chosen);
         let entering: Vec<_> = chosen.filter_map(|(lane, (slot, _))| Some((lane, slot.truth()?))).collect();
         entering.iter().try_for_each(|(_, world)| alone.enter(world))?;
-        mover.enter(&entering)?;
+        mover.enter(&entering, shared.interface.pool.is_some())?;
         self.look_again(mask)
     }
 

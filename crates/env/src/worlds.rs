@@ -33,7 +33,7 @@ impl Env {
             .map(|world| scenario.world(seed, world, 0).map_err(|source| EnvError::World { world, source }))
             .collect();
         let worlds: Vec<World> = built.into_iter().collect::<Result<_, _>>()?;
-        mover.enter(&worlds.iter().enumerate().collect::<Vec<_>>())?;
+        mover.enter(&worlds.iter().enumerate().collect::<Vec<_>>(), false)?;
         Ok(Self { worlds, mover })
     }
 
@@ -73,7 +73,7 @@ impl Env {
                 }
             }
         }
-        self.mover.enter(&entering)
+        self.mover.enter(&entering, false)
     }
 
     /// A snapshot of every world. On a device the worlds go on from it as they do after [`Self::restore`].

@@ -11,7 +11,8 @@ use orchard_world::World;
 use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
 
-use crate::lane::{Lockstep, LockstepError, tree_of};
+use crate::fitting::tree_of;
+use crate::lane::{Lockstep, LockstepError};
 use crate::seats::{Seat, Seats};
 use crate::tally::Tally;
 

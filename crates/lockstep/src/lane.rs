@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use orchard_batch::TreeWorld;
-use orchard_gpu::{BatchError, Fitted, Gpu, GpuError, Room, WorldBatch, world_colliders};
-use orchard_multibody::ColliderId;
+use orchard_gpu::{BatchError, Gpu, GpuError, Room, WorldBatch};
 use orchard_world::World;
 use rayon::prelude::*;
 
+use crate::fitting::{Fitting, tree_of};
 use crate::profile::{Detail, Profile};
 use crate::tally::Tally;
 
@@ -57,10 +57,8 @@ pub struct Lockstep {
 /// A world in a lane.
 #[derive(Debug)]
 pub(crate) struct Occupant {
-    /// Constants of the world's tree, from which its state is put on the device.
-    pub tree: TreeWorld,
-    /// `None` if the lane has no room for the tree.
-    pub fitted: Option<Arc<Fitted>>,
+    /// Constants of the world.
+    pub fitting: Arc<Fitting>,
     /// True while the device has its present state.
     pub is_on_device: bool,
     /// True once the tree stands in the lane.
@@ -69,8 +67,6 @@ pub(crate) struct Occupant {
     pub impulse: f64,
     /// Contacts lost, and solves that did not converge, since then.
     pub faults: [u32; 2],
-    /// Colliders in the order of the device.
-    pub colliders: Vec<ColliderId>,
 }
 
 impl Lockstep {
@@ -153,18 +149,37 @@ impl Lockstep {
     /// # Panics
     /// There is no such lane.
     pub fn enter(&mut self, entering: &[(usize, &World)]) -> Result<(), LockstepError> {
-        entering.iter().for_each(|(lane, _)| self.leave(*lane));
-        let batch = &self.batch;
-        let occupants: Vec<Result<Occupant, LockstepError>> =
-            entering.par_iter().map(|(_, world)| Occupant::new(batch, world)).collect();
+        let fittings: Vec<Result<Fitting, LockstepError>> =
+            entering.par_iter().map(|(_, world)| self.fit(world)).collect();
         let mut entered = Ok(());
-        for (&(lane, _), occupant) in entering.iter().zip(occupants) {
-            match occupant {
-                Ok(occupant) => self.lanes[lane] = Some(occupant),
-                Err(e) => entered = entered.and(Err(e)),
+        for (&(lane, _), fitting) in entering.iter().zip(fittings) {
+            match fitting {
+                Ok(fitting) => self.enter_fitted(lane, Arc::new(fitting)),
+                Err(e) => {
+                    self.leave(lane);
+                    entered = entered.and(Err(e));
+                }
             }
         }
         entered
+    }
+
+    /// Finds what lanes need to know of a world's constants.
+    ///
+    /// # Errors
+    /// The kernels cannot step it.
+    pub fn fit(&self, world: &World) -> Result<Fitting, LockstepError> {
+        Fitting::new(&self.batch, world)
+    }
+
+    /// Lets the world of a [`Self::fit`], in whatever state it is, enter a lane in the place of the one that is there.
+    ///
+    /// # Panics
+    /// There is no such lane.
+    pub fn enter_fitted(&mut self, lane: usize, fitting: Arc<Fitting>) {
+        self.leave(lane);
+        let (is_on_device, is_planted, impulse, faults) = (false, false, 0.0, [0; 2]);
+        self.lanes[lane] = Some(Occupant { fitting, is_on_device, is_planted, impulse, faults });
     }
 
     /// True if the tree of the world in a lane is not too large for the device.
@@ -172,7 +187,7 @@ impl Lockstep {
     /// # Panics
     /// There is no such lane.
     pub fn has_room(&self, lane: usize) -> bool {
-        self.lanes[lane].as_ref().is_none_or(|occupant| occupant.fitted.is_some())
+        self.lanes[lane].as_ref().is_none_or(|occupant| occupant.fitting.fitted.is_some())
     }
 
     /// Empties a lane.
@@ -194,33 +209,4 @@ impl Lockstep {
             occupant.is_on_device = false;
         }
     }
-}
-
-impl Occupant {
-    fn new(batch: &WorldBatch, world: &World) -> Result<Self, LockstepError> {
-        let tree = tree_of(world);
-        let fitted = batch.fitted(&tree, &world.x_world_start())?.map(Arc::new);
-        let colliders = world_colliders(world.model(), world.tree(), world.fruit(), world.handle());
-        Ok(Self {
-            tree,
-            fitted,
-            is_on_device: false,
-            is_planted: false,
-            impulse: 0.0,
-            faults: [0; 2],
-            colliders,
-        })
-    }
-}
-
-/// The tree of a world in its present state.
-pub(crate) fn tree_of(world: &World) -> TreeWorld {
-    TreeWorld::within(
-        world.shared_spec().clone(),
-        world.model().clone(),
-        world.tree().clone(),
-        world.fruit().clone(),
-        world.weather().cloned(),
-        world.data().clone(),
-    )
 }

@@ -29,6 +29,7 @@
 mod berthed;
 mod berths;
 mod eyes;
+mod fitting;
 mod harvest;
 mod lane;
 mod profile;
@@ -39,6 +40,7 @@ mod tally;
 pub use berthed::Berthed;
 pub use berths::{Berth, Berths, BerthsError, Share, samples};
 pub use eyes::Eyes;
+pub use fitting::Fitting;
 pub use harvest::Together;
 pub use lane::{Lockstep, LockstepError};
 pub use orchard_world::{Span, Turn};

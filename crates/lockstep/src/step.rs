@@ -192,20 +192,21 @@ impl Lockstep {
             .par_iter()
             .map(|(lane, world)| {
                 let (data, rupture) = (world.data().clone(), world.rupture().clone());
-                let tree = &occupant(lanes, *lane).tree;
+                let tree = &occupant(lanes, *lane).fitting.tree;
                 tree.in_state_of(data, rupture, world.fruit_lives().clone(), world.frame())
             })
             .collect();
-        let fitted: Vec<_> = coming.iter().map(|(lane, _)| occupant(lanes, *lane).fitted.clone()).collect();
+        let fittings: Vec<_> =
+            coming.iter().map(|(lane, _)| occupant(lanes, *lane).fitting.clone()).collect();
         let starts: Vec<_> = coming.iter().map(|(_, world)| world.x_world_start()).collect();
-        let tenants = coming.iter().zip(&trees).zip(fitted.iter().zip(&starts));
+        let tenants = coming.iter().zip(&trees).zip(fittings.iter().zip(&starts));
         let tenants: Vec<Tenant<'_>> = tenants
-            .filter_map(|((&(lane, world), tree), (fitted, x_world_odom))| {
+            .filter_map(|((&(lane, world), tree), (fitting, x_world_odom))| {
                 Some(Tenant {
                     lane,
                     is_back: occupant(lanes, lane).is_planted,
                     tree,
-                    fitted: fitted.as_deref()?,
+                    fitted: fitting.fitted.as_ref()?,
                     x_world_odom,
                     model: world.model(),
                     handle: world.handle(),
@@ -254,7 +255,7 @@ fn start_of<S: Span>(lanes: &[Option<Occupant>], most: usize, span: &mut S) -> S
     let (world, given) = span.frames();
     let Outlook { stays, frames, is_watched } = world.outlook(&given[..given.len().min(most)]);
     let commands = &given[..frames];
-    let place = match (&occupant.fitted, stays) {
+    let place = match (&occupant.fitting.fitted, stays) {
         (None, _) => Where::TooLarge,
         (Some(_), Some(stay)) => Where::Here(stay),
         (Some(_), None) => Where::Device,
@@ -313,7 +314,7 @@ fn take_back<S: Span>(batch: &WorldBatch, lanes: &[Option<Occupant>], span: &mut
                 let set_points = batch.store_driven((lane, frame), model, handle, data);
                 let meeting = batch.store_whole((lane, frame), model, data).unwrap_or_default();
                 let contacts = meeting.contacts.iter().map(|contact| {
-                    let [first, second] = contact.pair.map(|number| occupant.colliders[number]);
+                    let [first, second] = contact.pair.map(|number| occupant.fitting.colliders[number]);
                     // In a report the collider that the model has first is `a`.
                     let (a, b, sign) =
                         if first < second { (first, second, 1.0) } else { (second, first, -1.0) };
