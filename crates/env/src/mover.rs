@@ -14,9 +14,11 @@ use rayon::prelude::*;
 
 use crate::error::EnvError;
 
-/// Number of crews, our own choice: one is on the device while the processor, which is what is short, applies the rules of the other.
+/// Number of crews of many worlds: one is on the device while the processor, which is what is short, applies the rules of the other. Up to so many worlds take the device hardly longer than half of them, so they are one crew. Both are our own choice.
 #[cfg(feature = "gpu")]
 const CREWS: usize = 2;
+#[cfg(feature = "gpu")]
+const ONE_CREW: usize = 2048;
 
 /// Most frames of a step that are sent to a device at once, our own choice: steps at 7.5 Hz and faster. Each takes 5 kB a world there and here.
 #[cfg(feature = "gpu")]
@@ -89,8 +91,9 @@ impl Mover {
             Backend::Gpu => {
                 let gpu = open_device().map_err(|e| device(&e))?;
                 let samples = orchard_lockstep::samples(scenario);
+                let crews = if lanes > ONE_CREW { CREWS } else { 1 };
                 let crews =
-                    orchard_lockstep::Lockstep::crews(&gpu, &samples, lanes, CREWS, frames.min(MOST_FRAMES));
+                    orchard_lockstep::Lockstep::crews(&gpu, &samples, lanes, crews, frames.min(MOST_FRAMES));
                 let (crews, eyes) =
                     (crews.map_err(|e| device(&e))?, Box::new(orchard_lockstep::Eyes::new(&gpu)));
                 let fittings = BTreeMap::new();

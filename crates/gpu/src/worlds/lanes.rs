@@ -164,7 +164,7 @@ impl WorldBatch {
         }
         let of_robots = Parcel::quads(&self.robots.buffers.robots, std::iter::once(&robots));
         let parcels: Vec<_> = self.trees.parcels(&trees).into_iter().chain([of_robots]).collect();
-        scatter(&self.gpu, &parcels);
+        scatter(&self.gpu, &mut self.records, &parcels);
     }
 
     /// Tells the device where the new tree of a lane is, and what of it is read.

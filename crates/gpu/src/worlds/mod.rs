@@ -31,6 +31,7 @@ use lanes::Read;
 pub use lanes::{Fitted, Tenant};
 pub use meeting::{ContactPoint, Meeting};
 use pipelines::WorldPass;
+use scatter::Records;
 pub(crate) use scatter::{Parcel, PlacedQuad, PlacedWord};
 pub use table::world_colliders;
 use table::{WorldTable, overlaps, stand_alike};
@@ -54,6 +55,8 @@ pub struct WorldBatch {
     room: Room,
     /// Numbers that a batch of lanes reads from the device after every frame; `None` in a batch of fixed worlds.
     read: Option<Read>,
+    /// By which worlds come into lanes.
+    records: Records,
     /// Times of the kernels, if they are kept.
     clock: Option<Clock>,
 }
@@ -107,7 +110,17 @@ impl WorldBatch {
         let table = WorldTable::new(&batch.memory, &plants, robot, alone, &links, x_world_odom, &room)?;
         let buffers = WorldBuffers::new(gpu, &table, &batch, &robots)?;
         let (gpu, trees) = (gpu.clone(), batch);
-        Ok(Self { gpu, trees, robots, buffers, table, room, read: None, clock: None })
+        Ok(Self {
+            gpu,
+            trees,
+            robots,
+            buffers,
+            table,
+            room,
+            read: None,
+            records: Records::default(),
+            clock: None,
+        })
     }
 
     /// Number of worlds.

@@ -59,8 +59,22 @@ impl<'a> Parcel<'a> {
     }
 }
 
-/// Writes numbers to places of buffers, all of them in one submission.
-pub(crate) fn scatter(gpu: &Gpu, parcels: &[Parcel<'_>]) {
+/// Buffer of records, which is kept for those that follow.
+#[derive(Debug, Default)]
+pub(crate) struct Records(Option<wgpu::Buffer>);
+
+impl Records {
+    /// The buffer, with room for so many bytes.
+    fn with_room(&mut self, gpu: &Gpu, bytes: usize) -> &wgpu::Buffer {
+        let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
+        let has_room = |kept: &wgpu::Buffer| kept.size() >= bytes as u64;
+        let kept = self.0.take().filter(has_room);
+        self.0.insert(kept.unwrap_or_else(|| create_buffer(gpu, "records", bytes.next_power_of_two(), usage)))
+    }
+}
+
+/// Writes numbers to places of buffers, all of them in one submission, by way of a buffer of records.
+pub(crate) fn scatter(gpu: &Gpu, records: &mut Records, parcels: &[Parcel<'_>]) {
     let parcels: Vec<&Parcel<'_>> = parcels.iter().filter(|parcel| parcel.bytes() > 0).collect();
     if parcels.is_empty() {
         return;
@@ -80,8 +94,8 @@ pub(crate) fn scatter(gpu: &Gpu, parcels: &[Parcel<'_>]) {
         }
     }
     copies.into_par_iter().for_each(|(to, list)| to.copy_from_slice(list));
-    let records = create_buffer(gpu, "records", bytes.len(), BufferUsages::STORAGE | BufferUsages::COPY_DST);
-    gpu.queue.write_buffer(&records, 0, &bytes);
+    let records = records.with_room(gpu, bytes.len());
+    gpu.queue.write_buffer(records, 0, &bytes);
     let pipelines = gpu.quad_pipelines();
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     let mut pass = encoder.begin_compute_pass(&Default::default());
@@ -93,7 +107,7 @@ pub(crate) fn scatter(gpu: &Gpu, parcels: &[Parcel<'_>]) {
             (&pipelines.scatter_quads, size_of::<PlacedQuad>())
         };
         let size = std::num::NonZeroU64::new(parcel.bytes() as u64);
-        let own = wgpu::BufferBinding { buffer: &records, offset, size };
+        let own = wgpu::BufferBinding { buffer: records, offset, size };
         let resources = [wgpu::BindingResource::Buffer(own), parcel.to.as_entire_binding()];
         let entries = (0..).zip(resources);
         let entries: Vec<_> =
