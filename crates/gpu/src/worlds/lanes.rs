@@ -139,44 +139,44 @@ impl WorldBatch {
     /// Puts worlds into their lanes, in the place of what was there. The other lanes go on as they were, and nothing waits for the device.
     pub fn plant(&mut self, tenants: &[Tenant<'_>]) {
         let (back, new): (Vec<Tenant<'_>>, Vec<_>) = tenants.iter().partition(|tenant| tenant.is_back);
+        let Some(read) = &self.read else { panic!("the batch has no lanes") };
         let mut trees = Vec::new();
         if !new.is_empty() {
             let memory = &self.trees.memory;
             let seedling =
                 |of: &Tenant<'_>| (of.lane, memory.seedling(of.lane, of.tree, &of.fitted.0, of.start));
             trees = self.trees.plant(new.par_iter().map(seedling).collect());
-            for tenant in &new {
-                self.set_places(tenant);
-            }
         }
+        for tenant in &new {
+            self.trees.plants[tenant.lane] = tenant.tree.plant().clone();
+        }
+        let (memory, table) = (&self.trees.memory, &self.table);
+        let told = |&Tenant { lane, tree, x_world_odom, .. }: &Tenant<'_>| {
+            let own = table.places_of(memory, lane, tree.plant(), x_world_odom);
+            (own, read.trees.places_of(lane, memory.motion_quads(lane)))
+        };
+        let (tables, asked): (Vec<_>, Vec<_>) = new.par_iter().map(told).unzip();
         for tenant in &back {
             trees.push(self.trees.memory.resume(tenant.lane, tenant.tree, tenant.start));
             self.trees.send_flags(tenant.lane);
         }
-        let mut robots = Vec::new();
-        let zeros = [0.0_f32; meeting::FIELDS];
+        let (mut robots, mut meetings) = (Vec::new(), Vec::new());
         for tenant in tenants {
             let Tenant { lane, model, handle, data, set_points, .. } = *tenant;
             self.robots.load(lane, model, handle, data, set_points);
             robots.extend(self.robots.state_quads(lane).map(|(at, quad)| PlacedQuad::new(at, quad)));
-            let record = 4 * (self.table.records + lane * self.table.record) as u64;
-            self.gpu.queue.write_buffer(&self.buffers.meetings, record, bytemuck::cast_slice(&zeros));
+            let record = (self.table.records + lane * self.table.record) / QUAD;
+            let own = record as u32..(record + meeting::FIELDS / QUAD) as u32;
+            meetings.extend(own.map(|at| PlacedQuad::new(at, [0_u32; QUAD])));
         }
-        let of_robots = Parcel::quads(&self.robots.buffers.robots, std::iter::once(&robots));
-        let parcels: Vec<_> = self.trees.parcels(&trees).into_iter().chain([of_robots]).collect();
+        let others = [
+            Parcel::quads(&self.buffers.tables, tables.iter()),
+            Parcel::words(read.trees.asked(), asked.iter()),
+            Parcel::quads(&self.robots.buffers.robots, std::iter::once(&robots)),
+            Parcel::quads(&self.buffers.meetings, std::iter::once(&meetings)),
+        ];
+        let parcels: Vec<_> = self.trees.parcels(&trees).into_iter().chain(others).collect();
         scatter(&self.gpu, &mut self.records, &parcels);
-    }
-
-    /// Tells the device where the new tree of a lane is, and what of it is read.
-    fn set_places(&mut self, tenant: &Tenant<'_>) {
-        let Tenant { lane, tree, x_world_odom, .. } = *tenant;
-        self.trees.plants[lane] = tree.plant().clone();
-        let (at, count) = self.table.plant(&self.trees.memory, lane, tree.plant(), x_world_odom);
-        let words = bytemuck::cast_slice(&self.table.words[at..at + count]);
-        self.gpu.queue.write_buffer(&self.buffers.tables, 4 * at as u64, words);
-        if let Some(read) = &self.read {
-            read.trees.set_places(&self.gpu, lane, self.trees.memory.motion_quads(lane));
-        }
     }
 
     /// Empties a lane.

@@ -1,5 +1,6 @@
 //! The table that the contacts of whole worlds read: the robot's colliders, and the places of each world.
 
+use super::scatter::PlacedQuad;
 use bytemuck::cast;
 use orchard_batch::Plant;
 use orchard_fruit::FruitSet;
@@ -126,19 +127,24 @@ impl WorldTable {
         Ok(Self { words, records, record, meetings })
     }
 
-    /// Sets the places of a world in which another tree stands; returns their first word and their number.
-    pub fn plant(
-        &mut self,
+    /// First word of the places of a world.
+    fn places_at(&self, index: usize) -> usize {
+        QUAD * (self.words[head::PLACES] + index as u32 * self.words[head::PLACE]) as usize
+    }
+
+    /// The places of a world in which another tree stands, for the buffer of tables.
+    pub fn places_of(
+        &self,
         memory: &Memory,
         index: usize,
         plant: &Plant,
         x_world_odom: &Pose,
-    ) -> (usize, usize) {
+    ) -> Vec<PlacedQuad> {
         let own = self.words[head::PLACE] as usize * QUAD;
-        let start = self.words[head::PLACES] as usize * QUAD + index * own;
         let words = of_world(memory, index, plant, x_world_odom, own);
-        self.words[start..start + own].copy_from_slice(&words);
-        (start, own)
+        let (quads, _) = words.as_chunks();
+        let first = (self.places_at(index) / QUAD) as u32;
+        (first..).zip(quads).map(|(at, quad)| PlacedQuad::new(at, *quad)).collect()
     }
 }
 

@@ -5,6 +5,7 @@ use wgpu::BufferUsages;
 
 use super::meeting::Meeting;
 use super::quads::NOWHERE;
+use super::scatter::PlacedWord;
 use crate::buffers::{check_limits, create_buffer};
 use crate::clock::Clock;
 use crate::device::{Gpu, GpuError};
@@ -190,17 +191,22 @@ impl Told {
         self.links + (1 + self.motion) * self.fruit + RECORD
     }
 
-    /// Sets the quads of the links and of the motion of the fruit of a lane.
-    pub fn set_places(&self, gpu: &Gpu, lane: usize, [mut links, mut fruit]: [Vec<u32>; 2]) {
+    /// The quads of the links and of the motion of the fruit of a lane, for [`Self::asked`].
+    pub fn places_of(&self, lane: usize, [mut links, mut fruit]: [Vec<u32>; 2]) -> Vec<PlacedWord> {
         let first = asked::FIELDS + 2 * self.lanes;
         let of_fruit = first + self.lanes * self.links;
         links.resize(self.links, NOWHERE);
         fruit.resize(self.motion * self.fruit, NOWHERE);
-        for (at, places) in
-            [(first + lane * self.links, links), (of_fruit + lane * self.motion * self.fruit, fruit)]
-        {
-            gpu.queue.write_buffer(&self.asked, 4 * at as u64, bytemuck::cast_slice(&places));
-        }
+        let from = |first: usize, places: Vec<u32>| {
+            (first as u32..).zip(places).map(|(at, bits)| PlacedWord { at, bits })
+        };
+        let links = from(first + lane * self.links, links);
+        links.chain(from(of_fruit + lane * self.motion * self.fruit, fruit)).collect()
+    }
+
+    /// The buffer of questions and places.
+    pub fn asked(&self) -> &wgpu::Buffer {
+        &self.asked
     }
 
     /// Sends the questions, one a lane, and in how many frames each has stood still; returns the number of frames that are told, of the lane with most.
