@@ -5,7 +5,7 @@ use std::sync::Once;
 use std::sync::atomic::AtomicBool;
 
 use orchard_bench::task::Task as _;
-use orchard_env::{Backend, Driven, Env, Settings, Task, TaskEnv, Via};
+use orchard_env::{Backend, Driven, Env, Pool, Settings, Task, TaskEnv, Via};
 use orchard_lockstep::{Berths, Share};
 use orchard_policy::{Spaces, Values};
 use orchard_scenario::Scenario;
@@ -413,6 +413,31 @@ fn an_environment_goes_on_with_the_same_bits_from_a_saved_state() {
     for k in 0..2 {
         assert_eq!(first.observation(k), second.observation(k));
         assert_eq!(first.report(k), second.report(k));
+    }
+}
+
+/// Worlds of a pool that come into lanes again have the bits that they have in lanes for the first time, whatever was there between.
+#[test]
+fn kept_starts_have_the_same_bits_in_every_lane() {
+    if !has_device() {
+        return;
+    }
+    let settings = Settings { backend: Backend::Gpu, ..Settings::of(Task::Reach) };
+    let kept = Settings { pool: Some(Pool { trees: 2, seed: SEED }), ..settings.clone() };
+    let mut fresh = started(settings, 2);
+    // The seed is even, so that the first episodes begin in the pool's worlds 0 and 1, the second ones in 1 and 0.
+    let mut pool = started(kept, 2);
+    let size = fresh.interface().policy.action.len();
+    let action = vec![0.5; 2 * size];
+    fresh.step(&action, &[true; 2]).unwrap();
+    for episode in 0..3 {
+        pool.step(&action, &[true; 2]).unwrap();
+        for k in 0..2 {
+            let of = (k + episode) % 2;
+            assert_eq!(pool.world(k), Some((SEED, of as u32)));
+            assert_eq!((pool.observation(k), pool.report(k)), (fresh.observation(of), fresh.report(of)));
+        }
+        pool.reset(&[None; 2], &[true; 2]).unwrap();
     }
 }
 

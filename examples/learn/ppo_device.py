@@ -85,6 +85,8 @@ class DeviceTrainer(Trainer):
         if args.depth:
             self.keys = (*KEYS, "depth")
             self.environment = ENVIRONMENT | {"obs": ("state", "depth"), "camera": str(CAMERA)}
+        if args.trees is not None:
+            self.environment = getattr(self, "environment", ENVIRONMENT) | {"trees": args.trees}
         super().__init__(args)
 
     def make_envs(self):
@@ -99,6 +101,7 @@ class DeviceTrainer(Trainer):
 def main():
     parser = options(__doc__)
     parser.add_argument("--depth", action="store_true", help="sees the depth image, too")
+    parser.add_argument("--trees", type=int, help="number of trees that are grown once and kept, so that resets cost little (default: every episode has a new one)")
     # Four times as many worlds as there are rounds of teaching would leave too few rounds.
     parser.set_defaults(envs=4096, teach_steps=2_000_000, fits=200, steps=100_000_000, horizon=32, warm_up=1_000_000)
     return run(DeviceTrainer(parser.parse_args()), ("ppo_device.py", "ppo_reach.py"))

@@ -48,6 +48,19 @@ def test_seeds_and_reset_masks():
     same(env.reset(seed=[SEED, SEED + 1])[0], first)
 
 
+def test_trees_that_are_kept():
+    fresh, kept = vector(2, REACH), vector(3, REACH, trees=2, trees_seed=SEED)
+    assert kept.unwrapped.interface["pool"] == {"trees": 2, "seed": SEED} and "pool" not in fresh.unwrapped.interface
+    for _ in range(2):
+        # An even seed begins with the pool's first world.
+        (own, _), (first, info) = fresh.reset(seed=SEED), kept.reset(seed=4)
+        assert list(info["seed"]) == [SEED] * 3 and list(info["world"]) == [0, 1, 0], info
+        for k, of in enumerate([0, 1, 0]):
+            same(row(first, k), row(own, of))
+        assert list(kept.reset()[1]["world"]) == [1, 0, 1]
+        kept.step(actions(kept, 0))
+
+
 def run(env, steps):
     """Steps at rest; the results of each step."""
     still = np.zeros(env.action_space.shape, dtype=np.float32)

@@ -3,8 +3,7 @@
 use orchard_quantity::Quantity;
 use serde::Serialize;
 
-use crate::settings::Task;
-use crate::starts::Pool;
+use crate::settings::{Pool, Task};
 
 /// A term of the reward.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -56,8 +56,7 @@ pub use report::{Report, Statistics};
 pub use rules::{
     CostRules, GentleReward, HarvestReward, InstructionRules, LearningRules, ReachReward, V1_TOML,
 };
-pub use settings::{Settings, Task, WORLDS};
-pub use starts::Pool;
+pub use settings::{Pool, Settings, Task, WORLDS};
 pub use task_env::TaskEnv;
 pub use worlds::Env;
 

@@ -4,8 +4,6 @@ use orchard_policy::{SettingError, Spaces, Target};
 use orchard_tasks::plan_file::Backend;
 use serde::{Deserialize, Serialize};
 
-use crate::starts::Pool;
-
 /// Largest number of environments of a seed. The next episode of the environment with world `k` has world `k + WORLDS`, and so on; after as many
 /// episodes the seed counts up. With a [`Pool`] they are its worlds.
 pub const WORLDS: u32 = 1 << 16;
@@ -22,6 +20,18 @@ pub enum Task {
     /// Push the tool through the canopy to a point behind it: the benchmark's gentle task, one point an episode.
     #[serde(rename = "Gentle-v1")]
     Gentle,
+}
+
+/// Worlds in which all episodes begin: the first ones of a seed. Each is grown and settled once and kept, so that a reset costs little.
+///
+/// Episode `n` of a seed `s` begins, in the environment with world `k`, in world `(s + k + 104,729 n) mod trees` of the pool: environments that
+/// are in the same episode have different trees, as long as there are enough, and each sees all trees before it sees one again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Pool {
+    /// Number of worlds, from 1 to [`WORLDS`].
+    pub trees: u32,
+    /// Their seed.
+    pub seed: u64,
 }
 
 /// Settings of a task environment.

@@ -5,25 +5,12 @@ use std::sync::OnceLock;
 
 use orchard_policy::SettingError;
 use rayon::prelude::*;
-use serde::Serialize;
 
 use crate::error::EnvError;
-use crate::settings::WORLDS;
+use crate::settings::{Pool, WORLDS};
 
 /// Way from the tree of an episode to that of the next one in a pool: the ten thousandth prime, our own choice. It divides no pool, so that an environment comes by all trees before it sees one again.
 const STRIDE: u64 = 104_729;
-
-/// Worlds in which all episodes begin: the first ones of a seed. Each is grown and settled once and kept, so that a reset costs little.
-///
-/// Episode `n` of a seed `s` begins, in the environment with world `k`, in world `(s + k + 104,729 n) mod trees` of the pool: environments that
-/// are in the same episode have different trees, as long as there are enough, and each sees all trees before it sees one again.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub struct Pool {
-    /// Number of worlds, from 1 to [`WORLDS`].
-    pub trees: u32,
-    /// Their seed.
-    pub seed: u64,
-}
 
 /// Starts of episodes, of which those of a pool are kept.
 pub(crate) struct Starts<T> {

@@ -1,11 +1,9 @@
 //! What of a world depends on its constants alone: it is found once, though the world may enter lanes many times.
 
 use orchard_batch::TreeWorld;
-use orchard_gpu::{Fitted, WorldBatch, world_colliders};
+use orchard_gpu::{Fitted, GpuError, WorldBatch, world_colliders};
 use orchard_multibody::ColliderId;
 use orchard_world::World;
-
-use crate::lane::LockstepError;
 
 /// Constants of a world for the lanes of a lockstep, the same in all locksteps that were made of the same samples ([`Lockstep::fit`](crate::Lockstep::fit)).
 #[derive(Debug)]
@@ -23,7 +21,7 @@ impl Fitting {
     ///
     /// # Errors
     /// The kernels cannot step the world.
-    pub(crate) fn new(batch: &WorldBatch, world: &World) -> Result<Self, LockstepError> {
+    pub(crate) fn new(batch: &WorldBatch, world: &World) -> Result<Self, GpuError> {
         let tree = tree_of(world);
         let fitted = batch.fitted(&tree, &world.x_world_start())?;
         let colliders = world_colliders(world.model(), world.tree(), world.fruit(), world.handle());

@@ -169,7 +169,7 @@ impl Lockstep {
     /// # Errors
     /// The kernels cannot step it.
     pub fn fit(&self, world: &World) -> Result<Fitting, LockstepError> {
-        Fitting::new(&self.batch, world)
+        Ok(Fitting::new(&self.batch, world)?)
     }
 
     /// Lets the world of a [`Self::fit`], in whatever state it is, enter a lane in the place of the one that is there.
