@@ -8,6 +8,7 @@ mod lane;
 #[cfg(test)]
 mod numbers;
 mod outputs;
+mod placed;
 mod replicate;
 mod room;
 mod rows;
@@ -18,6 +19,7 @@ mod wind;
 pub(crate) use lane::Scattered;
 #[cfg(test)]
 pub(crate) use numbers::Field;
+pub(crate) use placed::{PlacedQuad, PlacedWord};
 pub use room::Room;
 pub(crate) use room::{Seedling, depth};
 

@@ -4,13 +4,13 @@ use orchard_batch::{Plant, TreeWorld};
 use orchard_geometry::{Shape, Vec3};
 use orchard_multibody::Data;
 
+use super::placed::{PlacedQuad, PlacedWord};
 use super::{Memory, Place, fruit_rows};
 use crate::layout::{
     LANES, QUAD, RADIUS_UNITS, UNBOUNDED, damper, fourth, fruit, link, notice, state, third, tile, touch,
     world,
 };
 use crate::schedule::{PARTS, Schedule};
-use crate::worlds::{PlacedQuad, PlacedWord};
 
 /// Numbers of a world: constants, state and operations. Rows are those of its tile, used or not.
 #[derive(Debug)]

@@ -8,13 +8,13 @@ use orchard_multibody::Data;
 use rayon::prelude::*;
 
 use super::lane::{LaneNumbers, Scattered, limits};
+use super::placed::{PlacedQuad, PlacedWord};
 use super::rows::rows_of;
 use super::{Memory, Place, fruit_rows, topologies, wind};
 use crate::BatchError;
 use crate::laws::Laws;
 use crate::layout::{LANES, QUAD, link, notice, tile, world};
 use crate::schedule::{MOST_FRUIT_ROWS, PARTS, Schedule, WARPS};
-use crate::worlds::{PlacedQuad, PlacedWord};
 
 /// Sizes of trees that fit into the same place of a batch: the rows of each part of a schedule, what its passes hand on, the places at which it feels the air, and the longest way from a tip to the root.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::meeting::Meeting;
 use super::quads::Gathered;
-use super::scatter::{Parcel, PlacedQuad, scatter};
+use super::scatter::{Parcel, scatter};
 use super::table::stand_alike;
 use super::told::{Course, News, Question, Told, Wish};
 use super::{SUBSTEP, WorldBatch, check, timed};
@@ -20,7 +20,7 @@ use crate::clock::Clock;
 use crate::device::{Gpu, GpuError};
 use crate::laws::Laws;
 use crate::layout::{QUAD, meeting, robot, system};
-use crate::memory::Room;
+use crate::memory::{PlacedQuad, Room};
 use crate::robots::exchange::set_points;
 use crate::robots::{RobotBatch, row_place};
 use crate::rules::Rules;

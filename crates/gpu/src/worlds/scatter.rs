@@ -1,38 +1,14 @@
 //! Numbers that the host writes now and then, wherever they lie.
 
-use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 use wgpu::{BufferUsages, ComputePipeline};
 
 use crate::buffers::create_buffer;
 use crate::device::Gpu;
-use crate::layout::QUAD;
+use crate::memory::{PlacedQuad, PlacedWord};
 
 /// Threads of a workgroup of `kernels/scatter.wgsl`.
 const THREADS: usize = 192;
-
-/// A quad with its place in a buffer, which counts quads.
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-#[repr(C)]
-pub(crate) struct PlacedQuad {
-    pub at: u32,
-    pub bits: [u32; QUAD],
-}
-
-/// A word with its place in a buffer.
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-#[repr(C)]
-pub(crate) struct PlacedWord {
-    pub at: u32,
-    pub bits: u32,
-}
-
-impl PlacedQuad {
-    /// A quad at a place.
-    pub fn new<T: Pod>(at: u32, quad: [T; QUAD]) -> Self {
-        Self { at, bits: bytemuck::cast(quad) }
-    }
-}
 
 /// Numbers for one buffer, in lists.
 pub(crate) struct Parcel<'a> {

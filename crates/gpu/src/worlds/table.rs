@@ -1,6 +1,5 @@
 //! The table that the contacts of whole worlds read: the robot's colliders, and the places of each world.
 
-use super::scatter::PlacedQuad;
 use bytemuck::cast;
 use orchard_batch::Plant;
 use orchard_fruit::FruitSet;
@@ -14,7 +13,7 @@ use crate::BatchError;
 use crate::layout::{
     LANES, QUAD, collider, contact, head, material, meeting, pair, path, place, robot, solid, still, system,
 };
-use crate::memory::{Memory, Room, depth};
+use crate::memory::{Memory, PlacedQuad, Room, depth};
 use crate::robots::Alone;
 use crate::robots::table::{ON_GROUND, Place, refused};
 

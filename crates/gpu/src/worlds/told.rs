@@ -5,11 +5,11 @@ use wgpu::BufferUsages;
 
 use super::meeting::Meeting;
 use super::quads::NOWHERE;
-use super::scatter::PlacedWord;
 use crate::buffers::{check_limits, create_buffer};
 use crate::clock::Clock;
 use crate::device::{Gpu, GpuError};
 use crate::layout::{QUAD, asked, told, wish};
+use crate::memory::PlacedWord;
 use orchard_robot::{Climb, Command};
 
 /// Bytes of a quad.
