@@ -25,10 +25,11 @@ use crate::rows::{Effort, Suite, run_suite};
                   env.binding        what Python takes on top of a native step, as a share of it; null without the package\n\n\
                   Rows of env-gpu, for 512 and 4,096 environments (N), each beside one of its resets:\n  \
                   env.gpu_N          from state, worlds on the device\n  \
-                  env.gpu_depth_N    with a depth image of 128 x 128, drawn there, in every step\n  \
+                  env.gpu_pool_N     the same, in worlds that are kept for resets\n  \
+                  env.gpu_depth_N    with a depth image of 128 x 128, drawn there, in every step, likewise\n  \
                   env.gpu_depth_stays_N  the same, with observations that stay on the device\n  \
                   env.cpu_depth_N    the same on the processor alone\n  \
-                  .resetting         the same while one of 100 environments gets a new tree in each step, and its share of the rate\n  \
+                  .resetting         the same while one of 100 environments gets another tree in each step, and its share of the rate\n  \
                   env.gpu_N.step     parts of the mean step of all environments: .host.PART on the processor (wait: for the\n  \
                   device), .device.KERNEL on the device by its own clock, .rounds of submitted frames\n\n\
                   Rows of images, each on the device alone (.device) and with sending and reading:\n  \

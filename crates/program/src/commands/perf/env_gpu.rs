@@ -165,7 +165,7 @@ fn rows_of(name: &str, case: &Case<'_>, target: Option<f64>) -> anyhow::Result<V
         Row { spread: Some(rates.spread()), note: Some(note), ..row },
         Row { note: Some(of_reset), ..resets },
     ];
-    rows.extend(resetting_rows(name, &rates, &resetting, case.backend));
+    rows.extend(resetting_rows(name, &rates, &resetting, case));
     if case.backend == Backend::Gpu && !case.depth {
         for (part, resets) in [("", false), (".resetting", true)] {
             for detail in [Detail::Parts, Detail::Kernels] {
@@ -179,16 +179,17 @@ fn rows_of(name: &str, case: &Case<'_>, target: Option<f64>) -> anyhow::Result<V
 }
 
 /// Rate with resets, and its share of that without.
-fn resetting_rows(name: &str, rates: &Rounds, resetting: &Rounds, backend: Backend) -> [Row; 2] {
+fn resetting_rows(name: &str, rates: &Rounds, resetting: &Rounds, case: &Case<'_>) -> [Row; 2] {
+    let tree = if case.pool.is_some() { "another kept tree" } else { "a new tree" };
     let note = format!(
-        "one of {RESETTING} environments begins an episode with a new tree in each step; measured in turns with steps that reset none"
+        "one of {RESETTING} environments begins an episode with {tree} in each step; measured in turns with steps that reset none"
     );
     let rate = Row::measured(&format!("{name}.resetting"), resetting.median(), "steps/s");
     let share = resetting.median() / rates.median();
     let share = Row::measured(&format!("{name}.resetting.share"), share, "1");
     [
         Row { spread: Some(resetting.spread()), note: Some(note), ..rate },
-        if backend == Backend::Gpu { share.at_least(RESETTING_SHARE) } else { share },
+        if case.backend == Backend::Gpu { share.at_least(RESETTING_SHARE) } else { share },
     ]
 }
 
