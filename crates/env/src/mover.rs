@@ -102,7 +102,7 @@ impl Mover {
         }
     }
 
-    /// Lets worlds enter lanes. `returns`: they are worlds of a pool, of which each index is one, so that what is found out about them is kept.
+    /// Lets worlds enter lanes. `returns`: the worlds are those of a pool and will come again, so that their fittings are kept by index.
     ///
     /// # Errors
     /// The device cannot step one of them; the others have entered.

@@ -39,7 +39,7 @@ pub(crate) struct Shared {
     pub images_elsewhere: bool,
     /// Hash of scenario, protocol and settings, by which saved states know where they belong.
     pub identity: String,
-    /// Where episodes begin; none in a world without a target.
+    /// Starts by world: the world at rest with its first episode, or `None` if the task has no target in it.
     pub starts: Starts<Option<(Box<World>, Episode)>>,
 }
 
@@ -143,7 +143,8 @@ impl Slot {
     /// Begins an episode: the first of a seed, or the next one.
     pub fn reset(&mut self, seed: Option<u64>, shared: &Shared) -> Result<(), EnvError> {
         let (seed, number) = self.next(seed);
-        for tried in 0..TRIES {
+        let tries = shared.interface.pool.map_or(TRIES, |pool| TRIES.min(pool.trees));
+        for tried in 0..tries {
             let number = number.wrapping_add(tried);
             let (of_seed, index) = shared.starts.world_of(seed, self.first, number);
             let start = shared.starts.of(index, || shared.start(of_seed, index))?;
@@ -155,7 +156,7 @@ impl Slot {
         }
         let (seed, world) = shared.starts.world_of(seed, self.first, number);
         let task = shared.interface.task.name();
-        Err(EnvError::NoTarget { env: self.env, task, tried: TRIES, world, seed })
+        Err(EnvError::NoTarget { env: self.env, task, tried: tries, world, seed })
     }
 
     /// Checks that the episode goes on.

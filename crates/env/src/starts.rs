@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use crate::error::EnvError;
 use crate::settings::{Pool, WORLDS};
 
-/// Way from the tree of an episode to that of the next one in a pool: the ten thousandth prime, our own choice. It divides no pool, so that an environment comes by all trees before it sees one again.
+/// Way from the tree of an episode to that of the next one in a pool: the ten thousandth prime, our own choice. A pool is smaller, so it shares no factor with the number of trees, and an environment sees all of them before it sees one again.
 const STRIDE: u64 = 104_729;
 
 /// Starts of episodes, of which those of a pool are kept.
@@ -46,7 +46,7 @@ impl<T: Clone + Send + Sync> Starts<T> {
         let Some(kept) = self.kept.get(world as usize) else { return make() };
         match kept.get() {
             Some(start) => Ok(start.clone()),
-            // Not within a lock: who makes a start may take on the making of others meanwhile. They are all the same.
+            // Two threads may make the same start; its bits are the same. A lock could wait for itself: a thread that makes a start may begin another one meanwhile.
             None => make().map(|start| kept.get_or_init(|| start).clone()),
         }
     }

@@ -1,4 +1,4 @@
-//! What of a world depends on its constants alone: it is found once, though the world may enter lanes many times.
+//! Constants of a world as lanes need them. They are found once for a world that enters lanes many times.
 
 use orchard_batch::TreeWorld;
 use orchard_gpu::{Fitted, GpuError, WorldBatch, world_colliders};

@@ -176,7 +176,7 @@ impl WorldBatch {
             Parcel::quads(&self.buffers.meetings, std::iter::once(&meetings)),
         ];
         let parcels: Vec<_> = self.trees.parcels(&trees).into_iter().chain(others).collect();
-        scatter(&self.gpu, &mut self.records, &parcels);
+        scatter(&self.gpu, &mut self.sent, &parcels);
     }
 
     /// Empties a lane.

@@ -55,8 +55,8 @@ pub struct WorldBatch {
     room: Room,
     /// Numbers that a batch of lanes reads from the device after every frame; `None` in a batch of fixed worlds.
     read: Option<Read>,
-    /// By which worlds come into lanes.
-    records: Records,
+    /// Buffer through which the numbers of new worlds go to their lanes.
+    sent: Records,
     /// Times of the kernels, if they are kept.
     clock: Option<Clock>,
 }
@@ -118,7 +118,7 @@ impl WorldBatch {
             table,
             room,
             read: None,
-            records: Records::default(),
+            sent: Records::default(),
             clock: None,
         })
     }

@@ -35,7 +35,7 @@ impl<'a> Parcel<'a> {
     }
 }
 
-/// Buffer of records, which is kept for those that follow.
+/// Buffer through which records go to the device. It is kept, and replaced when it is too small.
 #[derive(Debug, Default)]
 pub(crate) struct Records(Option<wgpu::Buffer>);
 
