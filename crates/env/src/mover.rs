@@ -138,6 +138,7 @@ impl Mover {
     }
 
     /// Number of lanes of a crew, if there are so many lanes in all; those of the first crew come first.
+    #[cfg_attr(not(feature = "gpu"), expect(unused_variables))]
     pub fn lanes(&self, crew: usize, all: usize) -> usize {
         match self {
             Self::Cpu => all,
