@@ -4,9 +4,11 @@
 //! strength of the sun, and cloud cover.
 
 mod false_color;
+pub mod figures;
 mod light;
 mod material;
 mod noise;
+pub mod recipe;
 
 pub use false_color::{
     ColouredCircle, depth_colour, depth_picture, depth_picture_enlarged, depth_picture_in_range, draw_circles,
@@ -15,6 +17,7 @@ pub use false_color::{
 use crate::depth::rasterise;
 use crate::primitive::{Primitive, for_each_primitive};
 use crate::{Geometry, Item, Scene};
+use figures::{EXPOSURE, SHOULDER, TOE};
 use light::Lighting;
 use material::Palette;
 use orchard_geometry::{DepthImage, Image, Intrinsics, Pose, Shape, Vec3, math};
@@ -131,7 +134,7 @@ pub struct Studio<'a> {
 impl<'a> Studio<'a> {
     /// Lights a scene.
     pub fn new(scene: &'a Scene, style: &PictureStyle) -> Self {
-        Self { scene, style: *style, lighting: Lighting::new(scene, style), palette: Palette::new() }
+        Self { scene, style: *style, lighting: Lighting::new(scene, style), palette: Palette::default() }
     }
 
     /// Draws a colour picture of the scene (sRGB), seen through a pinhole camera.
@@ -344,12 +347,6 @@ fn rise(value: f64) -> f64 {
         if above(middle) { from = middle } else { below = middle }
     }
 }
-
-/// Brightness of a picture.
-const EXPOSURE: f64 = 1.1;
-/// Shape of the display curve.
-const TOE: f64 = 0.3;
-const SHOULDER: f64 = 0.9;
 
 /// Pose of a camera at `p_world` that looks at `target_world`, image up towards world up.
 pub fn look_at(p_world: &Vec3, target_world: &Vec3) -> Pose {

@@ -56,6 +56,11 @@ impl Tint {
         Self(next.0 * self.0)
     }
 
+    /// Columns of its matrix: what red, green and blue become.
+    pub fn columns(&self) -> [Vec3; 3] {
+        [0, 1, 2].map(|k| self.0.column(k).into_owned())
+    }
+
     /// Returns the tinted colour. Channels that a turn of the hue makes negative are set to 0.
     pub fn apply(&self, color: Vec3) -> Vec3 {
         (self.0 * color).map(|channel| channel.max(0.0))

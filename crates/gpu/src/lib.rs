@@ -3,7 +3,7 @@
 //! A [`GpuBatch`] steps trees with fruit, ruptures and detachments, without a robot, as `orchard_batch::Batch` does on the processor. Every world may have its own
 //! dimensions and its own topology. A batch is made of given worlds, or of one base tree ([`BaseTree`]) from which the device draws the dimensions of every world ([`GpuBatch::randomised`]).
 //! A [`RobotBatch`] steps robots of one kind, each alone, a [`WorldBatch`] worlds with a tree and such a robot, which pushes it (`docs/computation/gpu-world.md`).
-//! An [`ImageBatch`] draws depth images of many scenes, exactly or with the errors of a camera (`docs/computation/gpu-images.md`).
+//! An [`ImageBatch`] draws depth images of many scenes, exactly or with the errors of a camera (`docs/computation/gpu-images.md`), a [`PictureBatch`] colour pictures.
 //! The kernels are in `kernels/*.wgsl`. Those that step worlds are tested against the f64 worlds; those that draw worlds have twins in Rust (`twin/`) besides.
 //! `docs/computation/gpu.md` describes the layout of memory and the distribution of work over threads.
 //!
@@ -56,6 +56,8 @@ mod layout;
 mod memory;
 mod packed;
 mod passes;
+#[cfg(test)]
+mod picture_tests;
 #[cfg(feature = "device")]
 mod pipelines;
 #[cfg(test)]
@@ -103,7 +105,7 @@ pub use batch::{GpuBatch, Options, Statistics};
 #[cfg(feature = "device")]
 pub use device::{Choice, Gpu, GpuError, GpuInfo};
 #[cfg(feature = "device")]
-pub use images::{DepthMask, ImageBatch, Look, Subject, View};
+pub use images::{DepthMask, ImageBatch, Lit, Look, PictureBatch, Subject, View};
 pub use memory::Room;
 pub use packed::{Contents, Kernel, PackedTrees};
 #[cfg(feature = "device")]

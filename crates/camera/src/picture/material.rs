@@ -1,6 +1,7 @@
 //! Colours by label and instance.
 
 use super::Surface;
+use super::figures::*;
 use super::noise::Noise;
 use crate::{Item, Label};
 use orchard_geometry::{Vec3, inverse_transform};
@@ -29,7 +30,8 @@ impl Material {
 }
 
 /// Colours of an orchard.
-pub(super) struct Palette {
+#[derive(Debug)]
+pub struct Palette {
     noise: Noise,
 }
 
@@ -37,20 +39,22 @@ fn mix(a: Vec3, b: Vec3, t: f64) -> Vec3 {
     a + (b - a) * t.clamp(0.0, 1.0)
 }
 
-impl Palette {
-    pub(super) fn new() -> Self {
+impl Default for Palette {
+    fn default() -> Self {
         Self { noise: Noise::new() }
     }
+}
 
+impl Palette {
     pub(super) fn material(&self, item: &Item, s: &Surface) -> Material {
         let mut material = match item.label {
             Label::Fruit => self.apple(item, s),
             Label::Leaf => self.leaf(item, s),
             Label::Wood => self.bark(item, s),
-            Label::Robot => robot(item),
+            Label::Robot => Material::glossy(plain(item), ROBOT_GLOSS, ROBOT_SHININESS as u32),
             Label::Ground => self.ground(s),
             Label::Scenery => self.weathered_wood(item, s),
-            Label::None => Material::matt(Vec3::repeat(0.5)),
+            Label::None => Material::matt(plain(item)),
         };
         if let Some([r, g, b]) = item.color {
             material.color = Vec3::new(r.into(), g.into(), b.into());
@@ -62,66 +66,75 @@ impl Palette {
         material
     }
 
+    /// Variation of an item among those of its label, 0 to 1: ripeness of apples, age of leaves.
+    pub(super) fn variation(&self, item: &Item) -> f64 {
+        let channel = if item.label == Label::Fruit { 1 } else { 2 };
+        self.noise.of(item.instance, channel)
+    }
+
     /// Apple skin: red over yellow-green, streaked from the stem; ripeness varies by apple.
     fn apple(&self, item: &Item, s: &Surface) -> Material {
         let local = inverse_transform(&item.x_world_item, &s.p_world).normalize();
-        let ripeness = self.noise.of(item.instance, 1);
-        let streaks = self.noise.at(&Vec3::new(9.0 * local.x, 9.0 * local.y, 1.5 * local.z + 7.0 * ripeness));
-        let cheek = self.noise.at(&(local * 1.3 + Vec3::repeat(40.0 * ripeness)));
-        let red = mix(Vec3::new(0.50, 0.025, 0.03), Vec3::new(0.62, 0.07, 0.03), streaks);
-        let ground_color = Vec3::new(0.66, 0.47, 0.09);
-        let blush = 0.45 + 0.7 * ripeness + 1.1 * (cheek - 0.45) + 0.5 * (streaks - 0.5);
-        Material::glossy(mix(ground_color, red, blush), 0.22, 60)
+        let ripeness = self.variation(item);
+        let streaks = local.component_mul(&SKIN_STREAKS) + Vec3::z() * (STREAK_SHIFT * ripeness);
+        let streaks = self.noise.at(&streaks);
+        let cheek = self.noise.at(&(local * CHEEK_CELLS + Vec3::repeat(CHEEK_SHIFT * ripeness)));
+        let red = mix(SKIN_DARK_RED, SKIN_RED, streaks);
+        let blush = BLUSH_LEAST
+            + BLUSH_RIPENESS * ripeness
+            + BLUSH_CHEEK * (cheek - BLUSH_CHEEK_MEAN)
+            + BLUSH_STREAKS * (streaks - 0.5);
+        Material::glossy(mix(SKIN_GROUND, red, blush), SKIN_GLOSS, SKIN_SHININESS as u32)
     }
 
     /// Leaf: dark and slightly glossy above, paler below, translucent.
     fn leaf(&self, item: &Item, s: &Surface) -> Material {
-        let age = self.noise.of(item.instance, 2);
-        let upper = mix(Vec3::new(0.045, 0.13, 0.025), Vec3::new(0.12, 0.23, 0.04), age);
-        let color = if s.outer_side { upper } else { upper * 1.2 + Vec3::new(0.05, 0.06, 0.045) };
+        let upper = mix(LEAF_YOUNG, LEAF_OLD, self.variation(item));
+        let color = if s.outer_side { upper } else { upper * LEAF_BELOW_GAIN + LEAF_BELOW };
         let local = inverse_transform(&item.x_world_item, &s.p_world);
-        let midrib = if local.y.abs() < 0.0012 { 1.35 } else { 1.0 };
+        let midrib = if local.y.abs() < MIDRIB { MIDRIB_GAIN } else { 1.0 };
         Material {
             color: color * midrib,
-            transmitted: Vec3::new(0.13, 0.22, 0.025),
-            gloss: if s.outer_side { 0.06 } else { 0.0 },
-            shininess: 20,
+            transmitted: LEAF_THROUGH,
+            gloss: if s.outer_side { LEAF_GLOSS } else { 0.0 },
+            shininess: LEAF_SHININESS as u32,
         }
     }
 
     /// Bark: grey-brown, cracked along the wood.
     fn bark(&self, item: &Item, s: &Surface) -> Material {
         let local = inverse_transform(&item.x_world_item, &s.p_world);
-        let streak = self.noise.rough(&Vec3::new(220.0 * local.x, 220.0 * local.y, 45.0 * local.z));
-        let patch = self.noise.rough(&(s.p_world * 14.0));
-        let brown = mix(Vec3::new(0.105, 0.07, 0.045), Vec3::new(0.25, 0.185, 0.135), 1.6 * streak - 0.3);
-        Material::matt(mix(brown, Vec3::new(0.27, 0.25, 0.20), 1.4 * patch - 0.55))
+        let streak = self.noise.rough(&local.component_mul(&BARK_CELLS));
+        let patch = self.noise.rough(&(s.p_world * PATCH_CELLS));
+        let brown = mix(BARK_CRACK, BARK_RIDGE, BARK_CONTRAST * streak - BARK_DARK);
+        Material::matt(mix(brown, BARK_PATCH, PATCH_CONTRAST * patch - PATCH_DARK))
     }
 
     /// Weathered post: silver-grey, grained along the post.
     fn weathered_wood(&self, item: &Item, s: &Surface) -> Material {
         let local = inverse_transform(&item.x_world_item, &s.p_world);
-        let grain = self.noise.rough(&Vec3::new(160.0 * local.x, 160.0 * local.y, 6.0 * local.z));
-        Material::matt(mix(Vec3::new(0.20, 0.18, 0.15), Vec3::new(0.42, 0.40, 0.36), 1.5 * grain - 0.25))
+        let grain = self.noise.rough(&local.component_mul(&GRAIN_CELLS));
+        Material::matt(mix(POST_DARK, POST_PALE, GRAIN_CONTRAST * grain - GRAIN_DARK))
     }
 
     /// Ground: grass, and bare soil around the trunk.
     fn ground(&self, s: &Surface) -> Material {
         let p = Vec3::new(s.p_world.x, s.p_world.y, 0.0);
-        let (broad, fine) = (self.noise.rough(&(p * 1.7)), self.noise.rough(&(p * 34.0)));
-        let blades = self.noise.at(&(p * 210.0));
-        let grass = mix(Vec3::new(0.06, 0.125, 0.025), Vec3::new(0.17, 0.23, 0.055), 1.5 * broad - 0.25);
-        let grass = grass * (0.35 + 0.8 * fine + 0.5 * blades);
-        let soil =
-            mix(Vec3::new(0.11, 0.075, 0.045), Vec3::new(0.24, 0.175, 0.11), 0.6 * fine + 0.4 * blades);
-        let bare = 1.6 - 1.9 * p.norm() + 1.5 * (broad - 0.5);
+        let (broad, fine) = (self.noise.rough(&(p * BROAD_CELLS)), self.noise.rough(&(p * FINE_CELLS)));
+        let blades = self.noise.at(&(p * BLADE_CELLS));
+        let grass = mix(GRASS_DARK, GRASS_PALE, BROAD_CONTRAST * broad - BROAD_DARK);
+        let grass = grass * (GRASS_LEAST + GRASS_FINE * fine + GRASS_BLADES * blades);
+        let soil = mix(SOIL_DARK, SOIL_PALE, SOIL_FINE * fine + SOIL_BLADES * blades);
+        let bare = BARE - BARE_FALL * p.norm() + BARE_BROAD * (broad - BARE_BROAD_MEAN);
         Material::matt(mix(grass, soil, bare))
     }
 }
 
-/// Robot: dark grey with orange parts.
-fn robot(item: &Item) -> Material {
-    let orange = item.instance % 4 == 1;
-    let color = if orange { Vec3::new(0.70, 0.16, 0.012) } else { Vec3::repeat(0.04) };
-    Material::glossy(color, 0.12, 30)
+/// Colour of an item without texture. Robots are dark grey with orange parts.
+pub(super) fn plain(item: &Item) -> Vec3 {
+    match item.label {
+        Label::Robot if item.instance % 4 == 1 => ROBOT_ORANGE,
+        Label::Robot => ROBOT_GREY,
+        _ => UNLABELLED,
+    }
 }

@@ -1,16 +1,17 @@
 //! Value noise for textures.
 
+use super::figures::{OCTAVES, SECOND_CELLS, SECOND_WEIGHT, THIRD_CELLS, THIRD_WEIGHT};
 use orchard_geometry::Vec3;
 use orchard_spec::{Purpose, Stream};
 
 /// Number of entries of the table: those that a byte can name.
-const SIZE: usize = 256;
+pub const SIZE: usize = 256;
 
 /// Smooth noise over space and constant variation by instance, from the random stream `Appearance`.
 #[derive(Debug, Clone)]
 pub(super) struct Noise {
-    values: [f64; SIZE],
-    order: [u8; SIZE],
+    pub(super) values: [f64; SIZE],
+    pub(super) order: [u8; SIZE],
 }
 
 impl Noise {
@@ -67,7 +68,9 @@ impl Noise {
 
     /// Sum of three octaves.
     pub(super) fn rough(&self, p: &Vec3) -> f64 {
-        (self.at(p) + 0.5 * self.at(&(p * 2.1)) + 0.25 * self.at(&(p * 4.3))) / 1.75
+        let second = SECOND_WEIGHT * self.at(&(p * SECOND_CELLS));
+        let third = THIRD_WEIGHT * self.at(&(p * THIRD_CELLS));
+        (self.at(p) + second + third) / OCTAVES
     }
 }
 

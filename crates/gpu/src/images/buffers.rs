@@ -10,7 +10,7 @@ use crate::layout::QUAD;
 
 /// A view, as `kernels/image.wgsl` reads it.
 #[repr(C)]
-#[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+#[derive(Debug, Clone, Copy, Default, bytemuck::Pod, bytemuck::Zeroable)]
 pub(super) struct Header {
     pub first: u32,
     pub count: u32,
@@ -18,7 +18,7 @@ pub(super) struct Header {
     pub bodies: u32,
     pub pixels: u32,
     pub size: u32,
-    pub wants_items: u32,
+    pub wants: u32,
     pub unused: u32,
     pub focal: [f32; 2],
     pub axis: [f32; 2],
@@ -35,6 +35,8 @@ pub(super) const BODY_BYTES: usize = 2 * 4 * QUAD;
 /// Bytes of a solid, and of its rectangle of pixels.
 pub(super) const SOLID_BYTES: usize = 4 * WORDS;
 const RECTANGLE_BYTES: usize = 8;
+/// Views that fill a step of the offsets of a binding.
+pub(super) const VIEWS_ALIGNED: usize = 256 / size_of::<Header>();
 /// Room beyond what is needed now, our own choice: a share, so that slowly growing needs do not allocate each time.
 const MORE: usize = 4;
 
@@ -48,17 +50,22 @@ pub(super) struct Sizes {
     pub posed: usize,
     pub corners: usize,
     pub bodies: usize,
+    /// Pixels with a depth, and those with an item.
     pub pixels: usize,
+    pub items: usize,
+    /// Words that are read.
+    pub read: usize,
 }
 
 impl Sizes {
-    fn all(self) -> [usize; 6] {
-        [self.views, self.solids, self.posed, self.corners, self.bodies, self.pixels]
+    fn all(self) -> [usize; 8] {
+        let Self { views, solids, posed, corners, bodies, pixels, items, read } = self;
+        [views, solids, posed, corners, bodies, pixels, items, read]
     }
 
-    fn from(all: [usize; 6]) -> Self {
-        let [views, solids, posed, corners, bodies, pixels] = all;
-        Self { views, solids, posed, corners, bodies, pixels }
+    fn from(all: [usize; 8]) -> Self {
+        let [views, solids, posed, corners, bodies, pixels, items, read] = all;
+        Self { views, solids, posed, corners, bodies, pixels, items, read }
     }
 
     /// Bytes of the largest buffer.
@@ -84,7 +91,7 @@ impl Sizes {
             + self.posed * (SOLID_BYTES + RECTANGLE_BYTES)
             + self.corners * CORNER_BYTES
             + self.bodies * BODY_BYTES
-            + self.pixels * 4 * PIXEL_BYTES
+            + (self.pixels + self.items + self.read) * PIXEL_BYTES
     }
 }
 
@@ -108,7 +115,7 @@ pub(super) struct Buffers {
     rectangles: wgpu::Buffer,
     pub depths: wgpu::Buffer,
     pub items: wgpu::Buffer,
-    /// Depths, then items.
+    /// What is read: of images depths, then items.
     pub staging: wgpu::Buffer,
     /// Bindings of these buffers.
     pub bindings: wgpu::BindGroup,
@@ -136,12 +143,34 @@ impl Buffers {
         let posed = buffer("posed", sizes.posed * SOLID_BYTES);
         let rectangles = buffer("rectangles", sizes.posed * RECTANGLE_BYTES);
         let depths = buffer("depths", sizes.pixels * PIXEL_BYTES);
-        let items = buffer("items", sizes.pixels * PIXEL_BYTES);
+        let items = buffer("items", sizes.items * PIXEL_BYTES);
         let read = BufferUsages::MAP_READ | BufferUsages::COPY_DST;
-        let staging = create_buffer(gpu, "images", 2 * sizes.pixels * PIXEL_BYTES, read);
+        let staging = create_buffer(gpu, "images", sizes.read * PIXEL_BYTES, read);
         let bindings =
             bind(gpu, pipelines, [&views, &solids, &corners, &bodies, &posed, &rectangles, &depths, &items]);
         Self { sizes, views, solids, corners, bodies, posed, rectangles, depths, items, staging, bindings }
+    }
+
+    /// Binds the buffers, with the views from one on that begins a step of the offsets of a binding ([`VIEWS_ALIGNED`]).
+    pub fn bind_from(&self, gpu: &Gpu, pipelines: &ImagePipelines, first: usize) -> wgpu::BindGroup {
+        let Self { views, solids, corners, bodies, posed, rectangles, depths, items, .. } = self;
+        let offset = (first * size_of::<Header>()) as u64;
+        let views = wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer: views, offset, size: None });
+        let rest = [solids, corners, bodies, posed, rectangles, depths, items];
+        bind_all(gpu, pipelines, std::iter::once(views).chain(rest.map(wgpu::Buffer::as_entire_binding)))
+    }
+
+    /// Binds the buffers that lit pictures read, with others in the places of what they do not need, and another for the items if it is given.
+    pub fn bind_lit(
+        &self,
+        gpu: &Gpu,
+        pipelines: &ImagePipelines,
+        [table, colours]: [&wgpu::Buffer; 2],
+        packed: Option<&wgpu::Buffer>,
+    ) -> wgpu::BindGroup {
+        let Self { views, corners, bodies, posed, depths, items, .. } = self;
+        let last = packed.unwrap_or(items);
+        bind(gpu, pipelines, [views, table, corners, bodies, posed, colours, depths, last])
     }
 
     /// Binds the buffers, with others for the depths.
@@ -152,12 +181,17 @@ impl Buffers {
 }
 
 fn bind(gpu: &Gpu, pipelines: &ImagePipelines, buffers: [&wgpu::Buffer; 8]) -> wgpu::BindGroup {
-    let entries: Vec<_> = (0..)
-        .zip(buffers)
-        .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
-        .collect();
-    let layout = &pipelines.bindings;
-    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
+    bind_all(gpu, pipelines, buffers.into_iter().map(wgpu::Buffer::as_entire_binding))
+}
+
+fn bind_all<'a>(
+    gpu: &Gpu,
+    pipelines: &ImagePipelines,
+    resources: impl Iterator<Item = wgpu::BindingResource<'a>>,
+) -> wgpu::BindGroup {
+    let entries = (0..).zip(resources).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource });
+    let (layout, entries) = (&pipelines.bindings, &entries.collect::<Vec<_>>());
+    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries })
 }
 
 /// Records the drawing of the views.

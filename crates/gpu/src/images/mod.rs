@@ -5,6 +5,7 @@ mod errors;
 mod into;
 mod kept;
 mod mask;
+mod pictures;
 pub(crate) mod pipelines;
 mod solids;
 
@@ -22,6 +23,7 @@ pub use errors::Look;
 use into::Rows;
 use kept::Kept;
 pub use mask::DepthMask;
+pub use pictures::{Lit, PictureBatch};
 use pipelines::{BOUND_THREADS, TILE};
 use solids::{MOST_BODIES, MOST_MESHES, Meshes, WORDS};
 
@@ -254,6 +256,8 @@ impl ImageBatch {
         let shown: usize = if into.is_none() { shown.sum() } else { 0 };
         let places: Vec<u32> = headers.iter().map(|header| header.pixels).collect();
         sizes.pixels = sizes.pixels.max(shown);
+        sizes.items = sizes.pixels;
+        sizes.read = 2 * sizes.pixels;
         self.check(views, sizes, most)?;
         let pipelines = self.gpu.image_pipelines();
         let fitting = self.buffers.take().filter(|buffers| buffers.sizes.hold(sizes));
@@ -363,20 +367,23 @@ impl ImageBatch {
             ("columns or rows of an image", longest, LONGEST),
             ("tiles of an image", groups, most_groups),
         ];
-        for (what, needed, has) in limits {
-            if needed > has {
-                return Err(GpuError::TooLarge {
-                    worlds: views.len(),
-                    what,
-                    needed: needed as u64,
-                    adapter: self.gpu.info().name.clone(),
-                    has: has as u64,
-                    fits: if views.len() == 1 { 0 } else { views.len() * has / needed },
-                });
-            }
-        }
-        Ok(())
+        check(&self.gpu, views.len(), &limits)
     }
+}
+
+/// Refuses what a number of views needs beyond what the adapter has.
+fn check(gpu: &Gpu, views: usize, limits: &[(&'static str, usize, usize)]) -> Result<(), GpuError> {
+    let beyond = limits.iter().find(|(_, needed, has)| needed > has);
+    beyond.map_or(Ok(()), |&(what, needed, has)| {
+        Err(GpuError::TooLarge {
+            worlds: views,
+            what,
+            needed: needed as u64,
+            adapter: gpu.info().name.clone(),
+            has: has as u64,
+            fits: if views == 1 { 0 } else { views * has / needed },
+        })
+    })
 }
 
 fn pack(views: &[View<'_>], kept: &Kept, meshes: &Meshes) -> Packed {
@@ -416,7 +423,7 @@ fn header(view: &View<'_>, wants_items: bool, before: Sizes) -> Header {
         bodies: before.bodies as u32,
         pixels: before.pixels as u32,
         size: (k.width | k.height << 16) as u32,
-        wants_items: u32::from(wants_items),
+        wants: u32::from(wants_items),
         unused: 0,
         focal: [k.fx as f32, k.fy as f32],
         axis: [k.cx as f32, k.cy as f32],

@@ -92,11 +92,16 @@ pub(super) fn push(
 
 /// Solids of a moving scene in the frames of their bodies.
 pub(super) fn of_bodies(scene: &MovingScene, meshes: &Meshes) -> Vec<[u32; WORDS]> {
-    let (mut list, mut mesh_of) = (Vec::with_capacity(scene.items().len()), meshes.finder());
+    of_items(scene.still(), |item| scene.bodies()[item as usize], meshes)
+}
+
+/// Solids of the items of a scene, each of which has a body.
+pub(super) fn of_items(scene: &Scene, body_of: impl Fn(u32) -> u32, meshes: &Meshes) -> Vec<[u32; WORDS]> {
+    let (mut list, mut mesh_of) = (Vec::with_capacity(scene.items.len()), meshes.finder());
     // Every place is wanted: no camera, and no end.
     let anywhere = Intrinsics { width: 0, height: 0, fx: 1.0, fy: 1.0, cx: 0.0, cy: 0.0 };
-    scene.still().for_each_solid(&anywhere, &Pose::identity(), f64::INFINITY, |item, solid| {
-        list.push(words(item, scene.bodies()[item as usize], &solid, &mut mesh_of));
+    scene.for_each_solid(&anywhere, &Pose::identity(), f64::INFINITY, |item, solid| {
+        list.push(words(item, body_of(item), &solid, &mut mesh_of));
     });
     list
 }
@@ -160,6 +165,6 @@ fn words(
     words
 }
 
-fn quad(v: &Vec3) -> [f32; QUAD] {
+pub(super) fn quad(v: &Vec3) -> [f32; QUAD] {
     [v.x as f32, v.y as f32, v.z as f32, 0.0]
 }

@@ -12,8 +12,8 @@ struct View {
     pixels: u32,
     // Width, and height in the upper half.
     size: u32,
-    // 1 if the pixels' items are wanted.
-    wants_items: u32,
+    // 1 if the pixels' items are wanted, 2 for marks of solids.
+    wants: u32,
     unused: u32,
     focal: vec2f,
     axis: vec2f,

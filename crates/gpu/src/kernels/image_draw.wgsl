@@ -3,13 +3,15 @@
 
 // Bits of the depth of the nearest surface.
 var<workgroup> nearest_bits: array<atomic<u32>, TILE_PIXELS>;
-// First item whose surface lies there.
-var<workgroup> first_item: array<atomic<u32>, TILE_PIXELS>;
+// Mark of the first solid whose surface lies there: its number in the view, and the triangle of a blade in the lowest four bits.
+var<workgroup> first_mark: array<atomic<u32>, TILE_PIXELS>;
 // Solids that cover many pixels of the tile: all threads draw each of them together.
 var<workgroup> wide: array<u32, WIDE_MOST>;
 var<workgroup> wide_count: atomic<u32>;
 
 const NO_ITEM: u32 = 0xffffffffu;
+// What a view wants besides depths, from `Header::wants`.
+const WANTS_MARKS: u32 = 2u;
 // Depths that differ by less than this share are of one surface: the rounding of a hit.
 const SAME: f32 = 1e-6;
 
@@ -36,8 +38,8 @@ fn ray_of(pixel: vec2u, view: View) -> vec3f {
     return vec3f((vec2f(pixel) - view.axis) / view.focal, 1.0);
 }
 
-// Draws the pixels of a part whose number is `start` modulo `step`: their depths, or in the second sweep their items.
-fn draw_part(tile: Tile, solid: Prepared, item: u32, part: Part, start: u32, step: u32, second: bool) {
+// Draws the pixels of a part whose number is `start` modulo `step`: their depths, or in the second sweep their marks.
+fn draw_part(tile: Tile, solid: Prepared, mark: u32, part: Part, start: u32, step: u32, second: bool) {
     let count = part.count.x * part.count.y;
     for (var k = start; k < count; k += step) {
         let pixel = part.first + vec2u(k % part.count.x, k / part.count.x);
@@ -50,17 +52,17 @@ fn draw_part(tile: Tile, solid: Prepared, item: u32, part: Part, start: u32, ste
         if !second {
             atomicMin(&nearest_bits[place], bitcast<u32>(t));
         } else if t <= bitcast<f32>(atomicLoad(&nearest_bits[place])) * (1.0 + SAME) {
-            atomicMin(&first_item[place], item);
+            atomicMin(&first_mark[place], mark);
         }
     }
 }
 
 fn draw_solid(tile: Tile, index: u32, start: u32, step: u32, second: bool) {
     let solid = posed[index];
-    let item = solid.a.y;
+    let mark = (index - tile.view.posed) << 4u;
     let part = part_of(rectangles[index], tile);
     if kind_of(solid) != BLADE {
-        draw_part(tile, prepare(solid), item, part, start, step, second);
+        draw_part(tile, prepare(solid), mark, part, start, step, second);
         return;
     }
     for (var k = 0u; k < BLADE_CORNERS; k += 3u) {
@@ -68,7 +70,7 @@ fn draw_solid(tile: Tile, index: u32, start: u32, step: u32, second: bool) {
         let q = corner(solid, k + 1u);
         let r = corner(solid, k + 2u);
         let own = part_of(rectangle(of_triangle(p, q, r), tile.view), tile);
-        draw_part(tile, prepare_triangle(p, q, r), item, own, start, step, second);
+        draw_part(tile, prepare_triangle(p, q, r), mark + k / 3u, own, start, step, second);
     }
 }
 
@@ -85,9 +87,9 @@ fn draw(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) th
     let tile = Tile(view, first, last);
     for (var k = thread; k < TILE_PIXELS; k += THREADS) {
         atomicStore(&nearest_bits[k], bitcast<u32>(NOTHING));
-        atomicStore(&first_item[k], NO_ITEM);
+        atomicStore(&first_mark[k], NO_ITEM);
     }
-    for (var sweep = 0u; sweep <= view.wants_items; sweep++) {
+    for (var sweep = 0u; sweep <= min(view.wants, 1u); sweep++) {
         if thread == 0u {
             atomicStore(&wide_count, 0u);
         }
@@ -123,8 +125,16 @@ fn draw(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) th
         let is_valid = z < NOTHING && z >= view.near && z <= view.far;
         let pixel = view.pixels + (first.y + at_tile.y) * size.x + first.x + at_tile.x;
         depths[pixel] = select(0.0, z, is_valid);
-        if view.wants_items == 1u {
-            items[pixel] = select(NO_ITEM, atomicLoad(&first_item[place]), is_valid);
+        if view.wants == 0u {
+            continue;
+        }
+        let mark = atomicLoad(&first_mark[place]);
+        if !is_valid || mark == NO_ITEM {
+            items[pixel] = NO_ITEM;
+        } else if view.wants == WANTS_MARKS {
+            items[pixel] = mark;
+        } else {
+            items[pixel] = posed[view.posed + (mark >> 4u)].a.y;
         }
     }
 }

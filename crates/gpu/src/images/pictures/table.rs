@@ -1,0 +1,110 @@
+//! Numbers of pictures as the kernel `light` reads them, in quads: noise and directions of the sky, then shots, then items.
+
+use orchard_camera::picture::PictureStyle;
+use orchard_camera::picture::recipe::{self, Palette, Recipe};
+use orchard_camera::{Item, Label};
+use orchard_geometry::{Pose, Vec3};
+
+use super::super::solids::{pose_quads, quad};
+use crate::layout::QUAD;
+
+/// Four words.
+pub(in super::super) type Words = [u32; QUAD];
+
+/// First quads of the noise's values and order, of the directions of the sky, and of the shots.
+pub(in super::super) const VALUES: usize = 0;
+pub(in super::super) const ORDER: usize = VALUES + recipe::NOISE / QUAD;
+pub(in super::super) const DIRECTIONS: usize = ORDER + recipe::NOISE / QUAD;
+pub(in super::super) const SHOTS: usize = DIRECTIONS + recipe::SKY_DIRECTIONS;
+/// Quads of a shot and of an item.
+pub(in super::super) const SHOT: usize = 12;
+pub(in super::super) const ITEM: usize = 7;
+
+/// View of the sun's map where no sun shines.
+pub(super) const NO_SUN: u32 = u32::MAX;
+
+/// A picture that is to be lit, as `kernels/picture.wgsl` reads it.
+pub(super) struct Shot<'a> {
+    pub view: u32,
+    /// First quad of its items.
+    pub items: u32,
+    pub sun: u32,
+    pub sky: u32,
+    /// First pixel, and first word of its bytes.
+    pub pixels: u32,
+    pub words: u32,
+    pub x_world_camera: &'a Pose,
+    pub style: &'a PictureStyle,
+    pub recipe: &'a Recipe,
+}
+
+fn bits(values: [f32; QUAD]) -> Words {
+    values.map(f32::to_bits)
+}
+
+/// Three numbers and a fourth.
+fn with(v: &Vec3, fourth: f64) -> Words {
+    let [x, y, z, _] = quad(v);
+    bits([x, y, z, fourth as f32])
+}
+
+/// The quads before the shots.
+pub(super) fn head() -> Vec<Words> {
+    let (values, order) = recipe::noise_tables();
+    let fours = |words: &[u32]| words.as_chunks::<QUAD>().0.to_vec();
+    let mut head = fours(&values.map(|value| (value as f32).to_bits()));
+    head.extend(fours(&order.map(u32::from)));
+    head.extend((0..recipe::SKY_DIRECTIONS).map(|i| with(&recipe::sky_direction(i), 0.0)));
+    head
+}
+
+impl Shot<'_> {
+    pub fn quads(&self) -> [Words; SHOT] {
+        let Self { view, items, sun, sky, pixels, words, x_world_camera, style, recipe } = self;
+        let light = &recipe.daylight;
+        let [turn, _] = pose_quads(x_world_camera);
+        let (offset, bias) = recipe.sun.as_ref().map_or((0.0, 0.0), |sun| (sun.offset, sun.bias));
+        let sky_bias = recipe.sky.first().map_or(0.0, |map| map.bias);
+        let (side, once) = (style.supersampling.max(1) as u32, u32::from(style.light_once));
+        [
+            [*view, *items, *sun, *sky],
+            [side, once, recipe.sky.len() as u32, *pixels],
+            [*words, recipe.most_shares as u32, 0, 0],
+            bits(turn),
+            with(&x_world_camera.translation.vector, style.haze_length),
+            with(&light.sun_world, offset),
+            with(&light.sun_color, bias),
+            with(&light.glow, sky_bias),
+            with(&light.horizon, 0.0),
+            with(&light.zenith, 0.0),
+            with(&light.from_above, 0.0),
+            with(&light.from_below, 0.0),
+        ]
+    }
+}
+
+/// An item, as `kernels/picture_material.wgsl` reads it.
+pub(super) fn item(palette: &Palette, item: &Item) -> [Words; ITEM] {
+    let label = match item.label {
+        Label::None => 0,
+        Label::Fruit => 1,
+        Label::Leaf => 2,
+        Label::Wood => 3,
+        Label::Robot => 4,
+        Label::Ground => 5,
+        Label::Scenery => 6,
+    };
+    let (variation, plain) = recipe::paint(palette, item);
+    let own = item.color.map_or(plain, |rgb| Vec3::from(rgb.map(f64::from)));
+    let [turn, _] = pose_quads(&item.x_world_item);
+    let tint = item.tint.map_or([[0; QUAD]; 3], |tint| tint.columns().map(|column| with(&column, 0.0)));
+    [
+        [label, u32::from(item.color.is_some()), u32::from(item.tint.is_some()), 0],
+        bits(turn),
+        with(&item.x_world_item.translation.vector, variation),
+        with(&own, 0.0),
+        tint[0],
+        tint[1],
+        tint[2],
+    ]
+}
