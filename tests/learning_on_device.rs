@@ -16,7 +16,7 @@ use crate::steppers::testing::device;
 
 /// True if there is a device. From the first call on an environment keeps it open, so that all tests share its kernels.
 #[track_caller]
-fn has_device() -> bool {
+pub(crate) fn has_device() -> bool {
     static OPEN: Once = Once::new();
     let is_there = device().is_some();
     if is_there {
@@ -25,14 +25,14 @@ fn has_device() -> bool {
     is_there
 }
 
-const SEED: u64 = 20_250_704;
+pub(crate) const SEED: u64 = 20_250_704;
 
-fn env(task: Task, backend: Backend, envs: u32) -> TaskEnv {
+pub(crate) fn env(task: Task, backend: Backend, envs: u32) -> TaskEnv {
     started(Settings { backend, ..Settings::of(task) }, envs)
 }
 
 /// Environments that see depth images.
-fn seeing(scenario: &Scenario, backend: Backend, envs: u32) -> TaskEnv {
+pub(crate) fn seeing(scenario: &Scenario, backend: Backend, envs: u32) -> TaskEnv {
     let spaces = Spaces { depth: true, ..Spaces::default() };
     started_in(scenario, Settings { backend, spaces, ..Settings::of(Task::Reach) }, envs)
 }
@@ -41,7 +41,7 @@ fn started(settings: Settings, envs: u32) -> TaskEnv {
     started_in(&Scenario::of(&[]).unwrap(), settings, envs)
 }
 
-fn started_in(scenario: &Scenario, settings: Settings, envs: u32) -> TaskEnv {
+pub(crate) fn started_in(scenario: &Scenario, settings: Settings, envs: u32) -> TaskEnv {
     let mut env = TaskEnv::new(scenario, &settings, 0..envs).unwrap();
     env.reset(&vec![Some(SEED); envs as usize], &vec![true; envs as usize]).unwrap();
     env
@@ -295,102 +295,6 @@ fn images_are_those_of_the_cpu() {
         let tally = there.tally().unwrap();
         assert!(tally.share_on_device() > 0.99, "{on}: {tally:?}");
     }
-}
-
-/// Arrays on the device have the bits of the observations that are read back, after each step, after a reset of one environment, from a saved state; with a camera without errors, whose images stay there, and with one whose errors are
-/// added here.
-#[test]
-fn observations_that_stay_on_the_device_have_the_same_bits() {
-    if !has_device() {
-        return;
-    }
-    for camera in [&[][..], &[("camera", "d435i")]] {
-        let scenario = Scenario::of(camera).unwrap();
-        let spaces = Spaces { depth: true, description: true, ..Spaces::default() };
-        let settings =
-            Settings { backend: Backend::Gpu, spaces, privileged: true, ..Settings::of(Task::Reach) };
-        let (seeds, all) = ([Some(SEED); 2], [true; 2]);
-        let [mut here, mut there] = [(); 2].map(|()| TaskEnv::new(&scenario, &settings, 0..2).unwrap());
-        // Memory that others can open where the driver has it.
-        if there.keep_on_device(true).is_err() {
-            there.keep_on_device(false).unwrap();
-        }
-        for env in [&mut here, &mut there] {
-            env.reset(&seeds, &all).unwrap();
-        }
-        let actions = vec![0.3; 2 * here.interface().policy.action.len()];
-        let steps = if camera.is_empty() { 4 } else { 2 };
-        for step in 0..steps {
-            agree(&here, &mut there, step);
-            if step == steps - 2 {
-                let saved = here.snapshot().unwrap();
-                for env in [&mut here, &mut there] {
-                    env.restore(&saved).unwrap();
-                }
-                agree(&here, &mut there, step);
-            }
-            for env in [&mut here, &mut there] {
-                env.step(&actions, &all).unwrap();
-                if step == steps - 1 {
-                    env.reset(&[None; 2], &[false, true]).unwrap();
-                }
-            }
-        }
-        let measured = agree(&here, &mut there, steps);
-        assert!(measured > 1000, "{camera:?}: {measured} pixels have a depth");
-    }
-}
-
-/// Compares the observations of environments with the arrays of others; returns the number of pixels that have a depth.
-fn agree(here: &TaskEnv, there: &mut TaskEnv, step: usize) -> usize {
-    let mut measured = 0;
-    there.send().unwrap();
-    let fields = here.interface().policy.observation.clone();
-    for (i, (field, array)) in fields.iter().zip(there.device_arrays().unwrap()).enumerate() {
-        let expected: Vec<u8> = (0..2)
-            .flat_map(|k| match &here.observation(k)[i] {
-                Values::F32(numbers) => numbers.iter().flat_map(|x| x.to_le_bytes()).collect(),
-                Values::U8(bytes) => bytes.clone(),
-                Values::Text(_) => Vec::new(),
-            })
-            .collect();
-        let found = array.as_ref().map(|array| array.read().unwrap()).unwrap_or_default();
-        assert!(found == expected, "{} differs after step {step}", field.key);
-        if field.key == "depth_valid" {
-            measured = found.iter().filter(|valid| **valid == 1).count();
-        }
-    }
-    measured
-}
-
-#[test]
-fn observations_of_the_processor_are_not_on_a_device() {
-    let e = env(Task::Reach, Backend::Cpu, 1).keep_on_device(false).unwrap_err().to_string();
-    assert_eq!(e, "backend gpu: the observations are the processor's");
-}
-
-/// The device adds the errors of a stereo camera, too: with the same random numbers, so that only pixels at silhouettes differ.
-#[test]
-fn images_of_a_stereo_camera_are_those_of_the_cpu() {
-    if !has_device() {
-        return;
-    }
-    let scenario = Scenario::of(&[("camera", "d435i")]).unwrap();
-    let images = [Backend::Cpu, Backend::Gpu].map(|backend| {
-        let spaces = Spaces { depth: true, ..Spaces::default() };
-        let mut env = started_in(&scenario, Settings { backend, spaces, ..Settings::of(Task::Reach) }, 1);
-        let hold = vec![0.0; env.interface().policy.action.len()];
-        // The first image comes after its latency.
-        for _ in 0..2 {
-            env.step(&hold, &[true]).unwrap();
-        }
-        let field = env.interface().policy.observation.iter().position(|field| field.key == "depth").unwrap();
-        let Values::F32(depth) = &env.observation(0)[field] else { panic!("no depth") };
-        depth.clone()
-    });
-    let differ = images[0].iter().zip(&images[1]).filter(|(a, b)| a != b).count();
-    assert!(images[0].iter().filter(|z| **z > 0.0).count() > 10_000);
-    assert!(10_000 * differ <= images[0].len(), "{differ} pixels differ");
 }
 
 #[test]

@@ -12,6 +12,8 @@ mod faults;
 mod hashes;
 #[path = "honesty.rs"]
 mod honesty;
+#[path = "images_on_device.rs"]
+mod images_on_device;
 #[path = "imported.rs"]
 mod imported;
 #[path = "independence.rs"]

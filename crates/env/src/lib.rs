@@ -34,6 +34,7 @@ mod interface;
 mod mover;
 #[cfg(feature = "gpu")]
 mod on_device;
+mod pictures;
 mod privileged;
 mod report;
 mod rules;

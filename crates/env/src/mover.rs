@@ -46,12 +46,12 @@ pub(crate) enum Mover {
 #[derive(Debug)]
 pub(crate) struct Device {
     crews: Vec<orchard_lockstep::Lockstep>,
-    eyes: Box<orchard_lockstep::Eyes>,
+    pub eyes: Box<orchard_lockstep::Eyes>,
     gpu: Arc<orchard_gpu::Gpu>,
     /// Constants of the worlds of a pool by index.
     fittings: BTreeMap<u32, Arc<orchard_lockstep::Fitting>>,
     /// Observations that stay there, if they do.
-    observed: Option<Box<crate::on_device::OnDevice>>,
+    pub observed: Option<Box<crate::on_device::OnDevice>>,
     /// Times of the environments' own parts of a frame, if they are kept.
     profile: Option<orchard_lockstep::Profile>,
 }
@@ -70,7 +70,7 @@ fn open_device() -> Result<Arc<orchard_gpu::Gpu>, orchard_gpu::GpuError> {
 }
 
 #[cfg(feature = "gpu")]
-fn device(e: &dyn std::error::Error) -> EnvError {
+pub(crate) fn device(e: &dyn std::error::Error) -> EnvError {
     EnvError::Device(e.to_string())
 }
 

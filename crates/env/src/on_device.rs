@@ -9,6 +9,7 @@ use crate::slot::Slot;
 /// Keys of the fields that the device itself writes.
 const DEPTH: &str = "depth";
 const DEPTH_VALID: &str = "depth_valid";
+const PICTURES: [&str; 2] = ["pixels_wrist", "pixels_base"];
 
 /// An array for each field, a row an environment.
 #[derive(Debug)]
@@ -18,6 +19,8 @@ pub(crate) struct OnDevice {
     arrays: Vec<Option<DeviceArray>>,
     /// Field of depth images, if they are observed, and the kernel that marks which pixels have a depth.
     depth: Option<(usize, DepthMask)>,
+    /// Fields of pictures, of the hand and of the base, if they are observed. The device draws them if their rows have whole words.
+    pictures: Option<[usize; 2]>,
 }
 
 /// Bytes of a number of a field; none of text.
@@ -42,7 +45,11 @@ impl OnDevice {
         let of = |key| Some((place(key)?, arrays[place(key)?].as_ref()?));
         let both = of(DEPTH).zip(of(DEPTH_VALID));
         let depth = both.map(|((place, depths), (_, masks))| (place, DepthMask::new(gpu, depths, masks)));
-        Ok(Self { gpu: gpu.clone(), arrays, depth })
+        let bytes = |place: usize| arrays[place].as_ref().map_or(0, |array| array.bytes() / envs);
+        let whole = |key| place(key).filter(|&place| bytes(place).is_multiple_of(size_of::<u32>()));
+        let [wrist, base] = PICTURES.map(whole);
+        let pictures = wrist.zip(base).map(|(wrist, base)| [wrist, base]);
+        Ok(Self { gpu: gpu.clone(), arrays, depth, pictures })
     }
 
     /// The arrays, in the order of the fields.
@@ -55,11 +62,19 @@ impl OnDevice {
         self.depth.as_ref().and_then(|(place, _)| self.arrays[*place].as_ref())
     }
 
+    /// The arrays of pictures, of the hand and of the base, if the device draws them.
+    pub fn pictures(&self) -> Option<[&DeviceArray; 2]> {
+        let [wrist, base] = self.pictures?.map(|place| self.arrays[place].as_ref());
+        wrist.zip(base).map(|(wrist, base)| [wrist, base])
+    }
+
     /// Sends what the processor has observed, and waits until all is there.
     pub fn send(&self, fields: &[Field], slots: &[Slot]) -> Result<(), GpuError> {
         for (i, (field, array)) in fields.iter().zip(&self.arrays).enumerate() {
             let Some(array) = array else { continue };
-            if self.depth.is_some() && [DEPTH, DEPTH_VALID].contains(&field.key) {
+            let drawn_there = self.depth.is_some() && [DEPTH, DEPTH_VALID].contains(&field.key)
+                || self.pictures.is_some_and(|places| places.contains(&i));
+            if drawn_there {
                 continue;
             }
             let each = array.bytes() / slots.len();

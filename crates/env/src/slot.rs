@@ -7,10 +7,12 @@ use orchard_scenario::Scenario;
 use orchard_tasks::component::{Gentle, ReachAndGrasp};
 use orchard_tasks::protocol::Protocol;
 use orchard_tasks::stall::StallWatch;
-use orchard_world::{Snapshot, World, WorldEvent};
+use orchard_world::{World, WorldEvent};
 use serde::{Deserialize, Serialize};
 
 mod drive;
+mod pictures;
+mod saved;
 
 use crate::alone::Alone;
 use crate::component::{Learnable, Trial};
@@ -37,6 +39,8 @@ pub(crate) struct Shared {
     pub encoding: Encoding,
     /// True if depth images stay on the device that draws them.
     pub images_elsewhere: bool,
+    /// True if a graphics device draws the pictures: whoever moves the worlds has it draw them.
+    pub pictures_elsewhere: bool,
     /// Hash of scenario, protocol and settings, by which saved states know where they belong.
     pub identity: String,
     /// Starts by world: the world at rest with its first episode, or `None` if the task has no target in it.
@@ -76,22 +80,14 @@ enum State {
     Gentle(Trial<Gentle>),
 }
 
-/// Saved state of an environment.
-#[derive(Serialize, Deserialize)]
-struct Saved {
-    identity: String,
-    first: u32,
-    episode: Episode,
-    report: Report,
-    world: Vec<u8>,
-}
-
 /// A step under way.
 pub(crate) struct Stepping {
     /// Frames taken.
     frames: u32,
     /// Frame of the last image that the camera delivers in it.
     last_image: Option<u32>,
+    /// True after a frame in which pictures are taken.
+    pub are_pictures_due: bool,
     damage: Damage,
     ending: Option<Ending>,
 }
@@ -216,6 +212,9 @@ impl Slot {
             if let (Some((world, _)), true) = (&mut self.running, stepping.is_image_due()) {
                 world.observe();
             }
+            if stepping.are_pictures_due {
+                self.take_pictures_here(shared);
+            }
         }
         self.end_step(&stepping, shared);
     }
@@ -228,7 +227,13 @@ impl Slot {
         let frames = shared.interface.policy.frames;
         let last_image = (1..=frames).rev().find(|&k| seen && world.delivers_in(k));
         episode.task.begin_step(world);
-        Some(Stepping { frames: 0, last_image, damage: Damage::default(), ending: None })
+        Some(Stepping {
+            frames: 0,
+            last_image,
+            are_pictures_due: false,
+            damage: Damage::default(),
+            ending: None,
+        })
     }
 
     /// Number of frames that a step can take before somebody looks at wood or fruit, and true if somebody does after the last of them. The episode does not end before, unless something happens to the tree. None is left after the end
@@ -265,9 +270,8 @@ impl Slot {
         let events = world.drain_events();
         stepping.damage.take(&events);
         stepping.ending = episode.task.after_frame(world, &events, shared);
-        if let Some(request) = shared.encoding.pictures().filter(|request| request.is_due(world.frame())) {
-            episode.pictures = Some(world.take_pictures(request));
-        }
+        let request = shared.encoding.pictures();
+        stepping.are_pictures_due = request.is_some_and(|request| request.is_due(world.frame()));
         if stepping.ending.is_none() && episode.stall.stalled(&world.sense()) {
             stepping.ending = Some(Ending::STALLED);
         }
@@ -301,46 +305,6 @@ impl Slot {
             self.values.push(privileged::read(world, goal, left));
         }
     }
-
-    /// The state as bytes.
-    pub fn save(&self, shared: &Shared) -> Result<Vec<u8>, EnvError> {
-        let Some((world, episode)) = &self.running else {
-            return Err(EnvError::NotStarted { env: self.env });
-        };
-        let saved = Saved {
-            identity: shared.identity.clone(),
-            first: self.first,
-            episode: episode.clone(),
-            report: self.report.clone(),
-            world: world.snapshot().to_bytes(),
-        };
-        Ok(postcard::to_stdvec(&saved).unwrap_or_else(|e| unreachable!("lists of numbers serialise: {e}")))
-    }
-
-    /// The environment of a saved state; this one does not change.
-    pub fn restored(&self, bytes: &[u8], shared: &Shared) -> Result<Self, EnvError> {
-        let refused = |problem: String| EnvError::State { env: self.env, problem };
-        let (saved, rest): (Saved, _) = postcard::take_from_bytes(bytes)
-            .map_err(|_| refused("it is not a state, or it is damaged".to_owned()))?;
-        let Saved { identity, first, episode, report, world: bytes } = saved;
-        if identity != shared.identity || first != self.first || !rest.is_empty() {
-            return Err(refused("it belongs to another scenario, setting or world".to_owned()));
-        }
-        let snapshot = Snapshot::from_bytes(&bytes).map_err(|e| refused(e.to_string()))?;
-        let (seed, index) = shared.starts.world_of(episode.seed, first, episode.number);
-        let mut world = shared.build(seed, index)?;
-        world.restore(&snapshot).map_err(|e| refused(e.to_string()))?;
-        let fit =
-            |pictures: &Pictures| shared.encoding.pictures().is_some_and(|request| request.fits(pictures));
-        let pictures = episode.pictures.as_ref().is_none_or(fit);
-        if !(episode.task.fits(&world) && pictures) || episode.set.len() != shared.encoding.start().len() {
-            return Err(refused("its episode does not fit its world".to_owned()));
-        }
-        let mut slot =
-            Self { report, running: Some((Box::new(world), episode)), ..Self::new(self.env, first) };
-        slot.look(shared);
-        Ok(slot)
-    }
 }
 
 impl Shared {
@@ -360,7 +324,8 @@ impl Shared {
             Some(_) => drop(world.observe()),
             None => {}
         }
-        let pictures = self.encoding.pictures().map(|request| world.take_pictures(request));
+        let request = self.encoding.pictures().filter(|_| !self.pictures_elsewhere);
+        let pictures = request.map(|request| world.take_pictures(request));
         let (set, sentence) = (self.encoding.start(), task.sentence(&world, self, seed));
         Ok(Some((Box::new(world), Episode { seed, number: 0, task, stall, set, pictures, sentence })))
     }

@@ -111,6 +111,7 @@ impl TaskEnv {
         let identity = format!("{interface:?} {protocol:?}");
         let identity = orchard_bench::digest::config_hash(&[("env", &identity)]);
         let mover = mover(interface.policy.frames as usize)?;
+        let pictures_elsewhere = !mover.is_cpu();
         let slots = worlds.enumerate().map(|(env, world)| Slot::new(env, world)).collect();
         let scenario = scenario.clone();
         Ok(Self {
@@ -121,6 +122,7 @@ impl TaskEnv {
                 interface,
                 encoding,
                 images_elsewhere: false,
+                pictures_elsewhere,
                 identity,
                 starts: Starts::new(settings.pool)?,
             },
@@ -179,7 +181,15 @@ impl TaskEnv {
         let entering: Vec<_> = chosen.filter_map(|(lane, (slot, _))| Some((lane, slot.truth()?))).collect();
         entering.iter().try_for_each(|(_, world)| alone.enter(world))?;
         mover.enter(&entering, shared.interface.pool.is_some())?;
+        self.settle_pictures(mask)?;
         self.look_again(mask)
+    }
+
+    /// Has the first pictures of some environments drawn where those of all others are, and all of theirs lie where the others' do.
+    fn settle_pictures(&mut self, mask: &[bool]) -> Result<(), EnvError> {
+        let Self { slots, mover, shared, .. } = self;
+        let each = slots.iter_mut().zip(mask).enumerate().filter(|(_, (_, chosen))| **chosen);
+        mover.settle_pictures(each.map(|(lane, (slot, _))| (lane, slot)).collect(), shared)
     }
 
     /// Draws the latest images of some environments where those of all others are drawn.
@@ -304,8 +314,10 @@ impl TaskEnv {
         self.catch_up(env..env + 1)?;
         self.mover.renew(env);
         let driven = self.slots[env].drive(controller, via, &self.alone, &self.shared);
+        let own: Vec<bool> = (0..self.slots.len()).map(|k| k == env).collect();
+        self.settle_pictures(&own)?;
         if self.shared.images_elsewhere {
-            self.look_again(&(0..self.slots.len()).map(|k| k == env).collect::<Vec<_>>())?;
+            self.look_again(&own)?;
         }
         Ok(driven)
     }
@@ -320,7 +332,9 @@ impl TaskEnv {
         let policy = &self.shared.interface.policy;
         self.mover.keep_there(&policy.observation, self.slots.len(), shared)?;
         self.shared.images_elsewhere = policy.spaces.depth;
-        self.look_again(&vec![true; self.slots.len()])
+        let all = vec![true; self.slots.len()];
+        self.settle_pictures(&all)?;
+        self.look_again(&all)
     }
 
     /// The arrays on the device, one for each field of [`orchard_policy::Interface::observation`] but text; none if there are none.
@@ -399,7 +413,10 @@ impl TaskEnv {
     pub fn snapshot(&mut self) -> Result<Vec<Vec<u8>>, EnvError> {
         self.catch_up(0..self.slots.len())?;
         (0..self.slots.len()).for_each(|lane| self.mover.renew(lane));
-        self.slots.par_iter().map(|slot| slot.save(&self.shared)).collect()
+        let mut pictures = self.mover.read_pictures(&self.slots)?;
+        pictures.resize(self.slots.len(), None);
+        let each = self.slots.par_iter().zip(pictures);
+        each.map(|(slot, pictures)| slot.save(pictures, &self.shared)).collect()
     }
 
     /// Goes back to states, one an environment.

@@ -114,6 +114,8 @@ impl<'a> Crew<'a> {
         if let Some(begun) = self.begun.take() {
             mover.end(self.number, &mut self.spans(), begun)?;
         }
+        let due = self.members.iter_mut().filter(|member| member.stepping.are_pictures_due);
+        mover.take_pictures(due.map(|member| (member.index, &mut *member.slot)).collect(), self.shared)?;
         let due = self.members.iter_mut().filter(|member| member.stepping.is_image_due());
         let mut worlds: Vec<_> =
             due.filter_map(|member| Some((member.index, member.slot.world_mut()?))).collect();

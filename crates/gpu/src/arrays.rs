@@ -82,11 +82,11 @@ impl DeviceArray {
         }
     }
 
-    /// Writes a row of 32-bit numbers, once the queue comes to it.
+    /// Writes a row, once the queue comes to it.
     ///
     /// # Panics
-    /// There are not as many numbers, or no such row.
-    pub fn write_row(&self, row: usize, numbers: &[f32]) {
+    /// There are not as many numbers, or no such row, or it has not whole words.
+    pub fn write_row<T: bytemuck::NoUninit>(&self, row: usize, numbers: &[T]) {
         self.assert_row(row, size_of_val(numbers));
         self.gpu.queue.write_buffer(
             &self.buffer,

@@ -87,7 +87,7 @@ impl Berths {
             let lanes = episodes.min(lanes);
             let crews = Lockstep::crews(gpu, &samples, lanes, lanes.div_ceil(CREW).max(2), 1);
             let own = match crews {
-                Ok(crews) => Some(Seats::new(crews, pool.clone())),
+                Ok(crews) => Some(Seats::new(gpu, crews, pool.clone())),
                 Err(e) if e.is_of_worlds() => {
                     refused.extend(shares.iter().map(|share| (share.condition.to_owned(), e.clone())));
                     None

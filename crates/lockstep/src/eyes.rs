@@ -2,35 +2,25 @@
 
 use std::sync::Arc;
 
-use orchard_geometry::DepthImage;
-use orchard_gpu::{DeviceArray, Gpu, GpuError, ImageBatch, Look, Subject, View};
+use orchard_geometry::{DepthImage, Image};
+use orchard_gpu::{DeviceArray, Gpu, GpuError, ImageBatch, Look, PictureBatch, Subject, View};
 use orchard_robot::Observation;
-use orchard_world::{Sight, World};
+use orchard_world::{CameraTruth, PictureSight, Sight, World};
 use rayon::prelude::*;
 
-/// An image that the device made.
-#[derive(Debug)]
-enum Made {
-    /// Exact depths; the errors of its camera are to be added here.
-    Exact(DepthImage),
-    /// Depths with the errors of its camera.
-    Measured(DepthImage),
-}
-
-/// A world with its place, its sight, and what was drawn of it.
-type Drawn<'a, 'b> = ((&'a mut (usize, &'b mut World), Option<Sight>), Option<Made>);
-
-/// Draws the depth images of the wrist cameras of many worlds. The device adds the errors of the cameras for which it has kernels ([`ImageBatch::can_measure`]), from its exact depths and with the processor's bits; those of
+/// Draws the depth images of the wrist cameras of many worlds, and colour pictures of them. The device adds the errors of the cameras for which it has kernels ([`ImageBatch::can_measure`]), from its exact depths and with the processor's bits; those of
 /// other cameras are added on the processor, by the code of [`World::observe`].
 #[derive(Debug)]
 pub struct Eyes {
     images: ImageBatch,
+    /// Those in colour.
+    pub(crate) pictures: PictureBatch,
 }
 
 impl Eyes {
     /// Opens eyes on a device.
     pub fn new(gpu: &Gpu) -> Self {
-        Self { images: ImageBatch::new(gpu) }
+        Self { images: ImageBatch::new(gpu), pictures: PictureBatch::new(gpu) }
     }
 
     /// Returns the observation of each world ([`World::observe`]), with the images that cameras deliver now. A world is given with the place at which the device keeps what can be seen of it.
@@ -38,15 +28,28 @@ impl Eyes {
     /// # Errors
     /// The device has no room, or was lost.
     pub fn observe(&mut self, worlds: &mut [(usize, &mut World)]) -> Result<Vec<Observation>, GpuError> {
-        let sights: Vec<Option<Sight>> = worlds.par_iter().map(|(_, world)| world.delivers()).collect();
-        let seen = self.draw(worlds, &sights)?;
-        let observe = |(((_, world), sight), seen): Drawn<'_, '_>| match (sight, seen) {
-            (Some(sight), Some(Made::Exact(seen))) => world.observe_drawn(sight, &seen),
-            (Some(sight), Some(Made::Measured(measured))) => world.observe_measured(sight, measured),
-            // No image is due.
-            _ => world.observe(),
-        };
-        Ok(worlds.par_iter_mut().zip(sights).zip(seen).map(observe).collect())
+        let drawn = self.deliver(worlds)?;
+        Ok(worlds.par_iter_mut().zip(drawn).map(|((_, world), drawn)| world.observe_image(drawn)).collect())
+    }
+
+    /// Draws the images that cameras deliver now, so that each world has one when it is observed ([`World::prepare_image`]).
+    ///
+    /// # Errors
+    /// As [`Self::observe`].
+    pub fn prepare(&mut self, worlds: &mut [(usize, &mut World)]) -> Result<(), GpuError> {
+        let drawn = self.deliver(worlds)?;
+        for ((_, world), drawn) in worlds.iter_mut().zip(drawn) {
+            if let Some(drawn) = drawn {
+                world.prepare_image(drawn);
+            }
+        }
+        Ok(())
+    }
+
+    /// Draws the images that cameras deliver now.
+    fn deliver(&mut self, worlds: &[(usize, &mut World)]) -> Result<Vec<Option<CameraTruth>>, GpuError> {
+        let sights = worlds.par_iter().map(|(_, world)| world.delivers()).collect();
+        self.draw(worlds, sights)
     }
 
     /// Draws the latest images of worlds again: after a restore they were drawn on the processor.
@@ -55,15 +58,13 @@ impl Eyes {
     /// As [`Self::observe`].
     pub fn look_again(&mut self, worlds: &mut [(usize, &mut World)]) -> Result<(), GpuError> {
         let latest = |(_, world): &(usize, &mut World)| world.camera_truth().map(|truth| truth.sight.clone());
-        let sights: Vec<Option<Sight>> = worlds.par_iter().map(latest).collect();
-        let seen = self.draw(worlds, &sights)?;
-        worlds.par_iter_mut().zip(sights).zip(seen).for_each(|(((_, world), sight), seen): Drawn<'_, '_>| {
-            match (sight, seen) {
-                (Some(sight), Some(Made::Exact(seen))) => world.replace_image(sight, &seen),
-                (Some(sight), Some(Made::Measured(measured))) => world.replace_measured(sight, measured),
-                _ => {}
+        let sights = worlds.par_iter().map(latest).collect();
+        let drawn = self.draw(worlds, sights)?;
+        for ((_, world), drawn) in worlds.iter_mut().zip(drawn) {
+            if let Some(drawn) = drawn {
+                world.replace_image(drawn);
             }
-        });
+        }
         Ok(())
     }
 
@@ -109,7 +110,7 @@ impl Eyes {
         if self.draw_into(worlds, &sights, array)? {
             let replace = |((_, world), sight): (&mut (usize, &mut World), Option<Sight>)| {
                 if let Some(sight) = sight {
-                    world.replace_undrawn(sight);
+                    world.replace_image(sight.undrawn());
                 }
             };
             worlds.par_iter_mut().zip(sights).for_each(replace);
@@ -147,36 +148,67 @@ impl Eyes {
         }
     }
 
-    /// Draws the exposures of the sights that there are, and measures those of cameras that the device can measure for.
+    /// Draws the images of the sights that there are, with their colour where cameras take colour. Those of cameras that the device cannot measure for are measured here.
     fn draw(
         &mut self,
         worlds: &[(usize, &mut World)],
+        sights: Vec<Option<Sight>>,
+    ) -> Result<Vec<Option<CameraTruth>>, GpuError> {
+        let colours = self.draw_colours(worlds, &sights)?;
+        let measured = self.measure(worlds, &sights)?;
+        let each = sights.into_par_iter().zip(measured).zip(colours);
+        let taken = each.map(|((sight, measured), colour)| {
+            let (sight, (is_measured, depth)) = sight.zip(measured)?;
+            let mut truth = if is_measured { sight.measured(depth) } else { sight.taken_from(&depth) };
+            truth.colour = colour.map(Arc::new);
+            Some(truth)
+        });
+        Ok(taken.collect())
+    }
+
+    /// Colour images of the sights whose cameras take colour.
+    fn draw_colours(
+        &mut self,
+        worlds: &[(usize, &mut World)],
         sights: &[Option<Sight>],
-    ) -> Result<Vec<Option<Made>>, GpuError> {
+    ) -> Result<Vec<Option<Image<[u8; 3]>>>, GpuError> {
+        let each = worlds.par_iter().zip(sights);
+        let lit = each.map(|((_, world), sight)| world.colour_sight(sight.as_ref()?));
+        let lit: Vec<Option<PictureSight>> = lit.collect();
+        let there: Vec<&PictureSight> = lit.iter().flatten().collect();
+        let mut drawn = self.draw_pictures(&there)?.into_iter().flatten();
+        Ok(lit.iter().map(|lit| lit.as_ref().and_then(|_| drawn.next())).collect())
+    }
+
+    /// Depths of the sights that there are, and true if the device has measured them.
+    fn measure(
+        &mut self,
+        worlds: &[(usize, &mut World)],
+        sights: &[Option<Sight>],
+    ) -> Result<Vec<Option<(bool, DepthImage)>>, GpuError> {
         let seen = there(worlds, sights);
         self.keep(&seen);
         let is_there = sights.iter().enumerate().filter(|(_, sight)| sight.is_some());
         let mut left: Vec<(usize, (usize, &Sight))> = is_there.map(|(i, _)| i).zip(seen).collect();
-        let mut made: Vec<Option<Made>> = sights.iter().map(|_| None).collect();
+        let mut made: Vec<Option<(bool, DepthImage)>> = sights.iter().map(|_| None).collect();
         // All worlds of an environment have one camera, as a rule.
         while let Some(&(_, (_, first))) = left.first() {
             let (now, later): (Vec<_>, Vec<_>) =
                 left.into_iter().partition(|(_, (_, sight))| are_alike(sight, first));
             left = later;
             let looks = now.iter().map(|(_, seen)| look(seen));
-            let drawn: Vec<Made> = if ImageBatch::can_measure(&first.sensor) {
-                let measured = self.images.measured(&first.sensor, &looks.collect::<Vec<_>>())?;
-                measured.into_iter().map(Made::Measured).collect()
+            let can_measure = ImageBatch::can_measure(&first.sensor);
+            let drawn = if can_measure {
+                self.images.measured(&first.sensor, &looks.collect::<Vec<_>>())?
             } else {
-                let views = now.iter().zip(looks);
-                let views = views.map(|((_, (_, sight)), Look { subject, .. })| View {
+                let views = now.iter().zip(looks).map(|((_, (_, sight)), Look { subject, .. })| View {
                     subject,
                     exposure: sight.exposure(),
                 });
-                self.images.depths(&views.collect::<Vec<_>>())?.into_iter().map(Made::Exact).collect()
+                self.images.depths(&views.collect::<Vec<_>>())?
             };
             for ((i, _), image) in now.into_iter().zip(drawn) {
-                made[i] = Some(image);
+                made[i] = Some((can_measure, image));
             }
         }
         Ok(made)

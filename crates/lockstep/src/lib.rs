@@ -32,6 +32,7 @@ mod eyes;
 mod fitting;
 mod harvest;
 mod lane;
+mod pictures;
 mod profile;
 mod seats;
 mod step;

@@ -5,12 +5,13 @@
 
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
-use orchard_gpu::GpuError;
+use orchard_gpu::{Gpu, GpuError};
 use orchard_robot::Command;
 use orchard_world::{Turn, World};
 use rayon::ThreadPool;
 use rayon::prelude::*;
 
+use crate::eyes::Eyes;
 use crate::lane::{Lockstep, LockstepError};
 use crate::tally::Tally;
 
@@ -36,6 +37,7 @@ struct Crew {
 #[derive(Debug)]
 struct Table {
     lockstep: Lockstep,
+    eyes: Eyes,
     /// Seats taken, and those of them that wait for the frame.
     taken: usize,
     waits: usize,
@@ -77,8 +79,8 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Seats {
-    /// Shares locksteps; the threads of `pool` compute their frames beside the device. They must not be those that take seats.
-    pub fn new(crews: Vec<Lockstep>, pool: Arc<ThreadPool>) -> Arc<Self> {
+    /// Shares locksteps on a device, which draws the images of their worlds, too; the threads of `pool` compute their frames beside the device. They must not be those that take seats.
+    pub fn new(gpu: &Gpu, crews: Vec<Lockstep>, pool: Arc<ThreadPool>) -> Arc<Self> {
         let mut free: Vec<(usize, usize)> = crews
             .iter()
             .enumerate()
@@ -89,7 +91,7 @@ impl Seats {
         let crews = crews.into_iter().map(|lockstep| {
             let lanes = lockstep.len();
             let waiting = (0..lanes).map(|_| None).collect();
-            let table = Table { lockstep, taken: 0, waits: 0, waiting, lost: None };
+            let table = Table { lockstep, eyes: Eyes::new(gpu), taken: 0, waits: 0, waiting, lost: None };
             Crew { table: Mutex::new(table), desks: (0..lanes).map(|_| Desk::default()).collect() }
         });
         Arc::new(Self { crews: crews.collect(), free: Mutex::new(free), freed: Condvar::new(), pool })
@@ -128,7 +130,7 @@ impl Crew {
             return;
         }
         table.waits = 0;
-        let Table { lockstep, waiting, lost, .. } = table;
+        let Table { lockstep, eyes, waiting, lost, .. } = table;
         let mut worlds: Vec<(usize, Box<World>, Command)> = waiting
             .iter_mut()
             .enumerate()
@@ -144,6 +146,10 @@ impl Crew {
                         is_whole: true,
                     });
                     let stepped: Result<(), GpuError> = lockstep.step(&mut turns.collect::<Vec<_>>());
+                    let stepped = stepped.and_then(|()| {
+                        let each = worlds.iter_mut().map(|(lane, world, _)| (*lane, &mut **world));
+                        eyes.prepare(&mut each.collect::<Vec<_>>())
+                    });
                     *lost = stepped.err().map(|e| e.to_string());
                 }
                 worlds.into_par_iter().for_each(|(lane, world, _)| {

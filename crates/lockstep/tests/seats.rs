@@ -22,7 +22,7 @@ fn a_thread_that_waits_for_its_frame_begins_no_other_episode() {
     let world = World::new(Arc::new(Spec::paper()), robot.clone(), 20_250_704, 0).unwrap();
     let together = Lockstep::new(&gpu, std::slice::from_ref(&world), 2, 1).unwrap();
     let pool = || rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    let (seats, episodes) = (Seats::new(vec![together], Arc::new(pool())), pool());
+    let (seats, episodes) = (Seats::new(&gpu, vec![together], Arc::new(pool())), pool());
     let (ended, told) = channel();
     let ended = Mutex::new(ended);
     std::thread::spawn(move || {

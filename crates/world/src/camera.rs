@@ -44,20 +44,20 @@ impl Sight {
         CameraTruth { measured: measured.into(), truth: truth.into(), ..self.undrawn() }
     }
 
-    /// The image, drawn elsewhere.
-    pub(crate) fn undrawn(self) -> CameraTruth {
+    /// The image, whose pixels are drawn elsewhere and stay there.
+    pub fn undrawn(self) -> CameraTruth {
         let (measured, truth, fruit) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
         CameraTruth { measured, colour: None, sight: self, truth, fruit }
     }
 
     /// Makes the image of the depths of [`Self::exposure`], drawn elsewhere.
-    pub(crate) fn taken_from(self, seen: &DepthImage) -> CameraTruth {
+    pub fn taken_from(self, seen: &DepthImage) -> CameraTruth {
         let measured = self.sensor.measure(seen, self.key);
         self.measured(measured)
     }
 
-    /// The image whose depths were measured elsewhere.
-    pub(crate) fn measured(self, measured: DepthImage) -> CameraTruth {
+    /// The image whose depths were measured elsewhere, as its camera measures with its key.
+    pub fn measured(self, measured: DepthImage) -> CameraTruth {
         CameraTruth { measured: measured.into(), ..self.undrawn() }
     }
 }

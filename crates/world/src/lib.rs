@@ -42,6 +42,7 @@ pub use identity::Difference;
 pub use lent::{Calm, Moved, Outlook, Stay};
 pub use load::WoodLoad;
 pub use orchard_fruit::Release;
+pub use pictures::PictureSight;
 pub use planting::{Appearance, Planting, tree_scene};
 pub use snapshot::Snapshot;
 pub use snapshot_error::SnapshotError;

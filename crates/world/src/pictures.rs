@@ -2,12 +2,32 @@
 
 use std::sync::Arc;
 
+use orchard_camera::Scene;
 use orchard_camera::picture::{PictureStyle, ShadowMaps, Studio, look_at};
-use orchard_geometry::Intrinsics;
+use orchard_geometry::{Image, Intrinsics, Pose};
 use orchard_robot::{PictureRequest, Pictures};
 
 use crate::World;
-use crate::camera::CameraTruth;
+use crate::camera::{CameraTruth, Sight};
+
+/// Colour pictures before they are drawn: a scene in its light, and the cameras that see it.
+#[derive(Debug, Clone)]
+pub struct PictureSight {
+    /// The scene.
+    pub scene: Scene,
+    /// Light and image quality.
+    pub style: PictureStyle,
+    /// Cameras with their poses.
+    pub cameras: Vec<(Intrinsics, Pose)>,
+}
+
+impl PictureSight {
+    /// Draws the pictures (sRGB), one a camera.
+    pub fn draw(&self) -> Vec<Image<[u8; 3]>> {
+        let studio = Studio::new(&self.scene, &self.style);
+        self.cameras.iter().map(|(k, x_world_camera)| studio.picture(k, x_world_camera)).collect()
+    }
+}
 
 impl World {
     /// Has the wrist camera take a colour image with each depth image, registered to it, or none. The state of the world does not depend on it.
@@ -15,19 +35,26 @@ impl World {
         self.takes_colour = on;
     }
 
-    /// An image with its colour, if the camera takes colour.
-    pub(crate) fn coloured(&self, mut truth: CameraTruth) -> CameraTruth {
-        if !self.takes_colour {
-            return truth;
-        }
-        let sight = &truth.sight;
-        let scene = match self.taken_at(sight.frame) {
+    /// The colour image of a depth image, before it is drawn; `None` if the camera takes no colour.
+    pub fn colour_sight(&self, sight: &Sight) -> Option<PictureSight> {
+        let scene = || match self.taken_at(sight.frame) {
             Some(shot) => self.picture_scene_in(&self.at(shot)),
             None => self.picture_scene(),
         };
-        let colour = Studio::new(&scene, &PictureStyle::of_camera().under(self.spec().light.as_ref()))
-            .picture(sight.sensor.intrinsics(), &sight.x_world_camera);
-        truth.colour = Some(Arc::new(colour));
+        self.takes_colour.then(|| PictureSight {
+            scene: scene(),
+            style: PictureStyle::of_camera().under(self.spec().light.as_ref()),
+            cameras: vec![(*sight.sensor.intrinsics(), sight.x_world_camera)],
+        })
+    }
+
+    /// An image with its colour, if the camera takes colour and it has none.
+    pub(crate) fn coloured(&self, mut truth: CameraTruth) -> CameraTruth {
+        if truth.colour.is_some() {
+            return truth;
+        }
+        let drawn = self.colour_sight(&truth.sight).map(|sight| sight.draw());
+        truth.colour = drawn.and_then(|drawn| drawn.into_iter().next()).map(Arc::new);
         truth
     }
 
@@ -36,8 +63,8 @@ impl World {
         self.pictures = request;
     }
 
-    /// Takes pictures of the present state.
-    pub fn take_pictures(&self, request: &PictureRequest) -> Pictures {
+    /// Pictures of the present state, before they are drawn: of the camera on the hand, and of the one on the base.
+    pub fn picture_sight(&self, request: &PictureRequest) -> PictureSight {
         let PictureRequest { size: [width, height], vertical_fov, .. } = *request;
         let seen = |fov| Intrinsics::from_vertical_fov(width, height, fov);
         let style = PictureStyle {
@@ -45,17 +72,25 @@ impl World {
             supersampling: request.supersampling,
             ..PictureStyle::default()
         };
-        let style = style.under(self.spec().light.as_ref());
-        let scene = self.picture_scene();
-        let studio = Studio::new(&scene, &style);
-        let picture = |fov, x_world_camera| {
-            studio.picture(&seen(fov), &x_world_camera).pixels().as_flattened().to_vec()
-        };
         let x_base_camera = look_at(&request.p_base_eye, &request.p_base_aim);
-        Pictures {
-            time: f64::from(self.frame()) * self.spec().sim.frame(),
-            wrist: picture(self.spec().camera.view().vertical_fov.si(), self.x_world_camera()),
-            base: picture(vertical_fov, self.handle().x_world_base(self.data()) * x_base_camera),
+        let wrist = (seen(self.spec().camera.view().vertical_fov.si()), self.x_world_camera());
+        let base = (seen(vertical_fov), self.handle().x_world_base(self.data()) * x_base_camera);
+        PictureSight {
+            scene: self.picture_scene(),
+            style: style.under(self.spec().light.as_ref()),
+            cameras: vec![wrist, base],
         }
+    }
+
+    /// The pictures of [`Self::picture_sight`], drawn here or elsewhere: rows of pixels.
+    pub fn pictures_of(&self, wrist: Vec<u8>, base: Vec<u8>) -> Pictures {
+        Pictures { time: f64::from(self.frame()) * self.spec().sim.frame(), wrist, base }
+    }
+
+    /// Takes pictures of the present state.
+    pub fn take_pictures(&self, request: &PictureRequest) -> Pictures {
+        let drawn = self.picture_sight(request).draw();
+        let [wrist, base] = [0, 1].map(|k| drawn[k].pixels().as_flattened().to_vec());
+        self.pictures_of(wrist, base)
     }
 }

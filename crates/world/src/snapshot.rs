@@ -223,6 +223,7 @@ impl World {
         state.commands.clone_from(commands);
         let sealed = suction.sealed(&self.parts);
         fruit_touches(&self.parts.colliders, report, sealed, &mut state.touches);
+        self.prepared = None;
         self.state.image = match (&snapshot.image, shot) {
             (None, Some(shot)) => Some(Arc::new(self.coloured(self.earlier(shot).take()))),
             (image, _) => image.clone(),

@@ -11,7 +11,7 @@ use crate::planting::{Appearance, Planting};
 use crate::state::State;
 use orchard_camera::{ImageKey, MovingScene, Sensor};
 use orchard_fruit::{FruitLives, FruitSet};
-use orchard_geometry::{DepthImage, HeightField, Pose};
+use orchard_geometry::{HeightField, Pose};
 use orchard_multibody::{Data, Model, StepReport, accept_overlaps, equilibrium};
 use orchard_robot::{Command, Observation, PictureRequest, RobotHandle, RobotModel, observe};
 use orchard_spec::Spec;
@@ -47,6 +47,8 @@ pub struct World {
     pub(crate) pictures: Option<Arc<PictureRequest>>,
     /// True if the camera takes a colour image with each depth image.
     pub(crate) takes_colour: bool,
+    /// An image that was drawn elsewhere for the present frame.
+    pub(crate) prepared: Option<Box<CameraTruth>>,
 }
 
 impl World {
@@ -158,6 +160,7 @@ impl World {
             state,
             pictures: None,
             takes_colour: false,
+            prepared: None,
         })
     }
 
@@ -225,21 +228,15 @@ impl World {
     /// [`Observation::depth_time`], the camera's latency ago. The image is the latest one from now on ([`Self::camera_truth`]). Colour pictures
     /// are there in the frames of [`Self::deliver_pictures`], and a colour image with each depth image after [`Self::deliver_colour`].
     pub fn observe(&mut self) -> Observation {
-        let delivered = self.delivers().map(Sight::take);
+        let delivered = match self.prepared.take().filter(|truth| self.is_due(truth)) {
+            Some(prepared) => Some(*prepared),
+            None => self.delivers().map(Sight::take),
+        };
         self.observe_image(delivered)
     }
 
-    /// [`Self::observe`] with an image that was drawn elsewhere: the sight of [`Self::delivers`], and the depths of its exposure.
-    pub fn observe_drawn(&mut self, sight: Sight, seen: &DepthImage) -> Observation {
-        self.observe_image(Some(sight.taken_from(seen)))
-    }
-
-    /// [`Self::observe_drawn`] with an image that was measured elsewhere, too, as the sight's camera measures with its key.
-    pub fn observe_measured(&mut self, sight: Sight, measured: DepthImage) -> Observation {
-        self.observe_image(Some(sight.measured(measured)))
-    }
-
-    fn observe_image(&mut self, delivered: Option<CameraTruth>) -> Observation {
+    /// [`Self::observe`] with an image of the sight of [`Self::delivers`] that was drawn elsewhere.
+    pub fn observe_image(&mut self, delivered: Option<CameraTruth>) -> Observation {
         let delivered = delivered.map(|truth| self.coloured(truth));
         if let Some(truth) = &delivered {
             self.keep_motion(truth.sight.frame);
@@ -251,31 +248,33 @@ impl World {
         observation
     }
 
+    /// Has [`Self::observe`] deliver an image that was drawn elsewhere, if it is called in this frame: one of the sight of [`Self::delivers`].
+    pub fn prepare_image(&mut self, drawn: CameraTruth) {
+        self.prepared = Some(Box::new(drawn));
+    }
+
+    /// True if an image is the one that the camera delivers now.
+    fn is_due(&self, truth: &CameraTruth) -> bool {
+        self.shutter.taken(self.state.frame) == Some(truth.sight.frame)
+    }
+
     /// Takes the image that the camera delivers now ([`Self::delivers`]) as the latest one without its pixels: they are drawn elsewhere and stay there, and are drawn here only if someone asks ([`CameraTruth::measured`]).
     pub fn deliver_undrawn(&mut self, sight: Sight) {
         self.keep_motion(sight.frame);
-        self.replace_undrawn(sight);
-    }
-
-    /// Replaces the latest image by one of the same sight whose pixels are elsewhere.
-    pub fn replace_undrawn(&mut self, sight: Sight) {
-        self.state.image = Some(Arc::new(sight.undrawn()));
+        self.replace_image(sight.undrawn());
     }
 
     /// Replaces the latest image by one of the same sight that was drawn elsewhere.
-    pub fn replace_image(&mut self, sight: Sight, seen: &DepthImage) {
-        self.state.image = Some(Arc::new(sight.taken_from(seen)));
-    }
-
-    /// [`Self::replace_image`] by one that was measured elsewhere, too.
-    pub fn replace_measured(&mut self, sight: Sight, measured: DepthImage) {
-        self.state.image = Some(Arc::new(sight.measured(measured)));
+    pub fn replace_image(&mut self, drawn: CameraTruth) {
+        self.state.image = Some(Arc::new(drawn));
     }
 
     /// Returns the observation of [`Self::observe`] without keeping its image as the latest one. A controller beside a policy uses it, so that
     /// the policy's images stay as they are.
     pub fn peek(&self) -> Observation {
-        let delivered = self.delivers().map(|sight| self.coloured(sight.take()));
+        let prepared = self.prepared.as_deref().filter(|truth| self.is_due(truth)).cloned();
+        let delivered = prepared.or_else(|| self.delivers().map(Sight::take));
+        let delivered = delivered.map(|truth| self.coloured(truth));
         self.observation(delivered.as_ref())
     }
 
