@@ -30,6 +30,11 @@ impl MovingScene {
         &self.still
     }
 
+    /// The items, to change their colours.
+    pub fn items_mut(&mut self) -> &mut [Item] {
+        &mut self.still.items
+    }
+
     /// Body of each item.
     pub fn bodies(&self) -> &[u32] {
         &self.bodies

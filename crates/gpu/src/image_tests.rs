@@ -243,7 +243,7 @@ fn images_that_stay_have_the_same_bits() {
     assert!(expected.iter().filter(|depth| **depth > 0.0).count() > rows);
     let row = |row: usize| row * width * height..(row + 1) * width * height;
     depths.clear_row(1);
-    depths.write_row(rows - 1, &vec![2.5; width * height]);
+    depths.write_row(rows - 1, &vec![2.5_f32; width * height]);
     mask.mark();
     expected[row(1)].fill(0.0);
     expected[row(rows - 1)].fill(2.5);

@@ -65,12 +65,12 @@ fn pictures_of_worlds_are_those_of_the_processor() {
         .collect();
     let mut lit = Vec::new();
     for ((scene, _), cameras) in scenes.iter().zip(&cameras) {
-        lit.extend(styles.map(|style| Lit { scene, style, cameras }));
+        lit.extend(styles.map(|style| Lit { kept: None, loose: scene, style, cameras }));
     }
     let drawn = PictureBatch::new(&gpu).pictures(&lit).unwrap();
     let (mut share, mut mean, mut count) = (0.0, 0.0, 0);
     for (lit, drawn) in lit.iter().zip(&drawn) {
-        let studio = Studio::new(lit.scene, &lit.style);
+        let studio = Studio::new(lit.loose, &lit.style);
         for ((k, x_world_camera), there) in lit.cameras.iter().zip(drawn) {
             let here = studio.picture(k, x_world_camera);
             let (differ, by) = difference(&here, there);
@@ -97,7 +97,7 @@ fn company_parts_and_arrays_change_no_bit_of_a_picture() {
         .enumerate()
         .map(|(i, (scene, cameras))| {
             let style = PictureStyle { shadows, supersampling: 1 + i % 3, ..PictureStyle::of_camera() };
-            Lit { scene, style, cameras }
+            Lit { kept: None, loose: scene, style, cameras }
         })
         .collect();
     let together = PictureBatch::new(&gpu).pictures(&lit).unwrap();

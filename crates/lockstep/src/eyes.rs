@@ -175,7 +175,9 @@ impl Eyes {
         let each = worlds.par_iter().zip(sights);
         let lit = each.map(|((_, world), sight)| world.colour_sight(sight.as_ref()?));
         let lit: Vec<Option<PictureSight>> = lit.collect();
-        let there: Vec<&PictureSight> = lit.iter().flatten().collect();
+        let each = worlds.iter().zip(&lit);
+        let there: Vec<(usize, &PictureSight)> =
+            each.filter_map(|((place, _), lit)| Some((*place, lit.as_ref()?))).collect();
         let mut drawn = self.draw_pictures(&there)?.into_iter().flatten();
         Ok(lit.iter().map(|lit| lit.as_ref().and_then(|_| drawn.next())).collect())
     }

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use orchard_camera::Scene;
 use orchard_camera::picture::{PictureStyle, ShadowMaps, Studio, look_at};
+use orchard_camera::{MovingScene, Scene};
 use orchard_geometry::{Image, Intrinsics, Pose};
 use orchard_robot::{PictureRequest, Pictures};
 
@@ -13,8 +13,12 @@ use crate::camera::{CameraTruth, Sight};
 /// Colour pictures before they are drawn: a scene in its light, and the cameras that see it.
 #[derive(Debug, Clone)]
 pub struct PictureSight {
-    /// The scene.
-    pub scene: Scene,
+    /// What moves with bodies.
+    pub visible: Arc<MovingScene>,
+    /// Pose of each body of it.
+    pub x_world_body: Vec<Pose>,
+    /// What does not: stems.
+    pub loose: Scene,
     /// Light and image quality.
     pub style: PictureStyle,
     /// Cameras with their poses.
@@ -22,9 +26,17 @@ pub struct PictureSight {
 }
 
 impl PictureSight {
+    /// The scene that they show.
+    pub fn scene(&self) -> Scene {
+        let mut scene = self.visible.posed(&self.x_world_body);
+        scene.items.extend_from_slice(&self.loose.items);
+        scene
+    }
+
     /// Draws the pictures (sRGB), one a camera.
     pub fn draw(&self) -> Vec<Image<[u8; 3]>> {
-        let studio = Studio::new(&self.scene, &self.style);
+        let scene = self.scene();
+        let studio = Studio::new(&scene, &self.style);
         self.cameras.iter().map(|(k, x_world_camera)| studio.picture(k, x_world_camera)).collect()
     }
 }
@@ -37,12 +49,14 @@ impl World {
 
     /// The colour image of a depth image, before it is drawn; `None` if the camera takes no colour.
     pub fn colour_sight(&self, sight: &Sight) -> Option<PictureSight> {
-        let scene = || match self.taken_at(sight.frame) {
-            Some(shot) => self.picture_scene_in(&self.at(shot)),
-            None => self.picture_scene(),
+        let stems = || match self.taken_at(sight.frame) {
+            Some(shot) => self.stems_in(&self.at(shot)),
+            None => self.stems_in(&self.state.data),
         };
         self.takes_colour.then(|| PictureSight {
-            scene: scene(),
+            visible: self.pictured().clone(),
+            x_world_body: sight.x_world_body.clone(),
+            loose: stems(),
             style: PictureStyle::of_camera().under(self.spec().light.as_ref()),
             cameras: vec![(*sight.sensor.intrinsics(), sight.x_world_camera)],
         })
@@ -76,7 +90,9 @@ impl World {
         let wrist = (seen(self.spec().camera.view().vertical_fov.si()), self.x_world_camera());
         let base = (seen(vertical_fov), self.handle().x_world_base(self.data()) * x_base_camera);
         PictureSight {
-            scene: self.picture_scene(),
+            visible: self.pictured().clone(),
+            x_world_body: self.x_world_visible(self.data()),
+            loose: self.stems_in(self.data()),
             style: style.under(self.spec().light.as_ref()),
             cameras: vec![wrist, base],
         }

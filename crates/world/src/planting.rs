@@ -96,7 +96,7 @@ pub fn tree_scene(planting: &Planting) -> Scene {
         );
     }
     scene.items.extend(scenery::items(&scenery::struts(planting.spec.scenery.as_ref())));
-    appearance.paint(&mut scene);
+    appearance.paint(&mut scene.items);
     scene
 }
 

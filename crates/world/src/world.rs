@@ -17,7 +17,7 @@ use orchard_robot::{Command, Observation, PictureRequest, RobotHandle, RobotMode
 use orchard_spec::Spec;
 use orchard_treegen::Skeleton;
 use orchard_treephys::{Rupture, TreeBody};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// Largest joint move \[rad\] of the last statics iteration: a few units in the last place of a bent joint.
 const EQUILIBRIUM_TOLERANCE: f64 = 1e-14;
@@ -40,6 +40,8 @@ pub struct World {
     pub(crate) sensor: Arc<Sensor>,
     /// Everything that can be seen.
     visible: Arc<MovingScene>,
+    /// What pictures show, made when it is first asked for.
+    pictured: Arc<OnceLock<Arc<MovingScene>>>,
     pub(crate) shutter: Shutter,
     pub(crate) start: Arc<Data>,
     pub(crate) state: State,
@@ -155,6 +157,7 @@ impl World {
             identity,
             sensor,
             visible,
+            pictured: Arc::default(),
             shutter,
             start: Arc::new(data),
             state,

@@ -66,9 +66,13 @@ pub struct Recipe {
 impl Recipe {
     /// The light of a scene under a style.
     pub fn new(scene: &Scene, style: &PictureStyle) -> Self {
+        Self::of(scene.items.iter().map(|item| (item, item.x_world_item)), style)
+    }
+
+    /// The light of some items under a style, which are given with their poses in the world.
+    pub fn of<'a>(items: impl Iterator<Item = (&'a Item, Pose)>, style: &PictureStyle) -> Self {
         let daylight = Daylight::under(style);
-        let casters: Vec<&Item> = scene.items.iter().filter(|item| casts_shadow(item)).collect();
-        let bounds = ball_about(&casters);
+        let bounds = ball_about(items.filter(|(item, _)| casts_shadow(item)));
         let shines = style.strength() > 0.0;
         let sky = (0..SKY_DIRECTIONS).map(sky_direction);
         Self {
@@ -152,14 +156,12 @@ pub fn sky_direction(i: usize) -> Vec3 {
 }
 
 /// Centre and radius of a ball around all bounded items.
-fn ball_about(items: &[&Item]) -> (Vec3, f64) {
-    let of = |item: &&Item| match &item.geometry {
-        Geometry::Shape(shape) => shape.aabb(&item.x_world_item),
-        Geometry::Blade { length, width, .. } => {
-            Shape::Sphere { radius: length.max(*width) }.aabb(&item.x_world_item)
-        }
+fn ball_about<'a>(items: impl Iterator<Item = (&'a Item, Pose)>) -> (Vec3, f64) {
+    let of = |(item, x_world): (&Item, Pose)| match &item.geometry {
+        Geometry::Shape(shape) => shape.aabb(&x_world),
+        Geometry::Blade { length, width, .. } => Shape::Sphere { radius: length.max(*width) }.aabb(&x_world),
     };
-    let boxes = items.iter().map(of).filter(|b| b.min.norm().is_finite() && b.max.norm().is_finite());
+    let boxes = items.map(of).filter(|b| b.min.norm().is_finite() && b.max.norm().is_finite());
     let all =
         boxes.reduce(|a: Aabb, b| a.union(&b)).unwrap_or(Aabb { min: Vec3::zeros(), max: Vec3::zeros() });
     (0.5 * (all.min + all.max), 0.5 * (all.max - all.min).norm() + BIAS)

@@ -19,12 +19,13 @@ pub(super) struct Header {
     pub pixels: u32,
     pub size: u32,
     pub wants: u32,
-    pub unused: u32,
+    pub kept: u32,
     pub focal: [f32; 2],
     pub axis: [f32; 2],
     pub near: f32,
     pub far: f32,
-    pub unused_too: [f32; 2],
+    pub more: u32,
+    pub unused: u32,
 }
 
 /// Bytes of a pixel's depth, and of its item.

@@ -68,7 +68,8 @@ pub struct ImageBatch {
     /// Bindings of the latest call.
     bound: Option<wgpu::BindGroup>,
     groups: Groups,
-    kept: Kept,
+    /// Solids in the frames of bodies.
+    kept: Kept<[u32; WORDS]>,
     meshes: Meshes,
     /// Number of meshes that the device has.
     meshes_sent: usize,
@@ -165,7 +166,7 @@ impl ImageBatch {
         &mut self,
         views: &[View<'_>],
         wants_items: bool,
-        make: impl Fn(&Kept, &View<'_>, &[f32], &[u32]) -> T + Sync,
+        make: impl Fn(&Kept<[u32; WORDS]>, &View<'_>, &[f32], &[u32]) -> T + Sync,
     ) -> Result<Vec<T>, GpuError> {
         let mut made = Vec::with_capacity(views.len());
         self.in_parts(views, usize::MAX, |batch, range, most| {
@@ -186,7 +187,8 @@ impl ImageBatch {
         let limits = self.gpu.device.limits();
         let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size / 2) as usize;
         let most_views = most_views.min(limits.max_compute_workgroups_per_dimension as usize);
-        self.kept.pack(&mut self.meshes);
+        self.kept.unpacked().for_each(|scene| self.meshes.add(scene.items()));
+        self.kept.pack(|scene| (solids::of_bodies(scene, &self.meshes), 0));
         let mut done = 0;
         while done < views.len() {
             // An item has one solid but for hulls and uneven ground, which the limit checked below allows for.
@@ -194,7 +196,7 @@ impl ImageBatch {
                 let pixels = self.pixels_shown(view).max(pixels_of_view(view));
                 let solids = match view.subject {
                     Subject::Scene(scene) => scene.items.len(),
-                    Subject::Kept { place, .. } => self.kept.solids(place),
+                    Subject::Kept { place, .. } => self.kept.len(place),
                 };
                 (PIXEL_BYTES * pixels).max(SOLID_BYTES * solids)
             };
@@ -238,7 +240,7 @@ impl ImageBatch {
             let size = pixels_of_view(view);
             let (first, count) = match view.subject {
                 Subject::Scene(_) => (sizes.solids, *solids),
-                Subject::Kept { place, .. } => (kept.first(place), kept.solids(place)),
+                Subject::Kept { place, .. } => (kept.first(place), kept.len(place)),
             };
             headers.push(Header {
                 first: first as u32,
@@ -274,7 +276,7 @@ impl ImageBatch {
             queue.write_buffer(&buffers.corners, 0, bytemuck::cast_slice(&self.meshes.corners()));
             self.meshes_sent = self.meshes.len();
         }
-        self.kept.send(queue, &buffers.solids, is_new);
+        self.kept.send(queue, &buffers.solids, 0, is_new);
         queue.write_buffer(&buffers.views, 0, bytemuck::cast_slice(&headers));
         let firsts = packed.iter().scan((self.kept.room(), 0), |(solids, bodies), packed| {
             let first = (*solids, *bodies);
@@ -314,7 +316,7 @@ impl ImageBatch {
         views: &[View<'_>],
         wants_items: bool,
         submitted: wgpu::SubmissionIndex,
-        make: impl Fn(&Kept, &View<'_>, &[f32], &[u32]) -> T + Sync,
+        make: impl Fn(&Kept<[u32; WORDS]>, &View<'_>, &[f32], &[u32]) -> T + Sync,
         made: &mut Vec<T>,
     ) -> Result<(), GpuError> {
         let Some(buffers) = &self.buffers else { return Ok(()) };
@@ -386,7 +388,7 @@ fn check(gpu: &Gpu, views: usize, limits: &[(&'static str, usize, usize)]) -> Re
     })
 }
 
-fn pack(views: &[View<'_>], kept: &Kept, meshes: &Meshes) -> Packed {
+fn pack(views: &[View<'_>], kept: &Kept<[u32; WORDS]>, meshes: &Meshes) -> Packed {
     let mut packed = Packed { solids: Vec::new(), bodies: Vec::new(), counts: Vec::new() };
     for view in views {
         let exposure = &view.exposure;
@@ -424,13 +426,14 @@ fn header(view: &View<'_>, wants_items: bool, before: Sizes) -> Header {
         pixels: before.pixels as u32,
         size: (k.width | k.height << 16) as u32,
         wants: u32::from(wants_items),
-        unused: 0,
+        kept: u32::MAX,
         focal: [k.fx as f32, k.fy as f32],
         axis: [k.cx as f32, k.cy as f32],
         near: view.exposure.near as f32,
         // Infinity has no place in a kernel.
         far: view.exposure.far.min(f64::from(f32::MAX)) as f32,
-        unused_too: [0.0; 2],
+        more: 0,
+        unused: 0,
     }
 }
 

@@ -80,7 +80,6 @@ fn pictures() -> String {
         ("NOISE_VALUES", table::VALUES),
         ("NOISE_ORDER", table::ORDER),
         ("SKY_DIRECTIONS", table::DIRECTIONS),
-        ("SHOTS", table::SHOTS),
         ("SHOT_QUADS", table::SHOT),
         ("ITEM_QUADS", table::ITEM),
     ]);

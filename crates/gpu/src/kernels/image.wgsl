@@ -2,7 +2,7 @@
 // optical frame; the ray of a pixel is t (x, y, 1), so that t is the depth.
 
 struct View {
-    // First of its solids among all, and their number.
+    // First of its solids among all, and their number. Those beyond `kept` lie at `more`.
     first: u32,
     count: u32,
     // First of its solids among those that are posed before the camera, and first of its bodies.
@@ -14,12 +14,13 @@ struct View {
     size: u32,
     // 1 if the pixels' items are wanted, 2 for marks of solids.
     wants: u32,
-    unused: u32,
+    kept: u32,
     focal: vec2f,
     axis: vec2f,
     near: f32,
     far: f32,
-    unused_too: vec2f,
+    more: u32,
+    unused: u32,
 }
 
 // Words of `images/solids.rs`: kind, mesh and body; item; then ten numbers, which mean for

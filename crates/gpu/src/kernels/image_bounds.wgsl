@@ -184,7 +184,7 @@ fn bound(@builtin(global_invocation_id) id: vec3u) {
     if id.x >= view.count {
         return;
     }
-    let still = solids[view.first + id.x];
+    let still = solids[select(view.first + id.x, view.more + id.x - view.kept, id.x >= view.kept)];
     let body = 2u * (view.bodies + (still.a.x >> 16u));
     let solid = moved(still, bodies[body], bodies[body + 1u].xyz);
     var found = EMPTY;

@@ -1,7 +1,7 @@
 // Colour pictures: lights the surfaces that the samples of each pixel show, which the kernels of images have found, with shadow maps, which they
 // have drawn too. Equations: `orchard_camera::picture`; figures have its names. Bindings are those of images, with two buffers in the place of others.
 
-// Numbers: noise and directions of the sky, then shots, then items.
+// Numbers: noise and directions of the sky, items of scenes that stay, shots, and items that are sent.
 @group(0) @binding(1) var<storage, read> table: array<vec4u>;
 // A word a pixel: red, green and blue from the lowest byte.
 @group(0) @binding(5) var<storage, read_write> colours: array<u32>;
@@ -11,8 +11,9 @@
 // A picture that is to be lit.
 struct Shot {
     view: u32,
-    // Records of its items.
+    // Records of its items that stay, and of those that are sent.
     items: u32,
+    loose: u32,
     // View of the sun's map, or NO_SUN.
     sun: u32,
     // First view of the sky's maps.
@@ -52,7 +53,7 @@ fn quad(at: u32) -> vec4f {
 }
 
 fn shot_of(k: u32) -> Shot {
-    let at = SHOTS + SHOT_QUADS * k;
+    let at = table[0].x + SHOT_QUADS * k;
     let head = table[at];
     let next = table[at + 1u];
     let rest = table[at + 2u];
@@ -61,7 +62,7 @@ fn shot_of(k: u32) -> Shot {
     let color = quad(at + 6u);
     let glow = quad(at + 7u);
     return Shot(
-        head.x, head.y, head.z, head.w,
+        head.x, head.y, rest.z, head.z, head.w,
         next.x, next.y, next.z, next.w,
         rest.x, rest.y,
         quad(at + 3u),
@@ -82,8 +83,10 @@ struct Surface {
     outer_side: bool,
     // Unit direction from the viewer.
     view_world: vec3f,
-    // Record of its item.
+    // Record of its item, and the first of such records; the point in the frame of the item's body.
     item: u32,
+    items: u32,
+    p_body: vec3f,
 }
 
 // Normal of a solid (not normalised) where a ray meets it, before the camera.
@@ -131,7 +134,13 @@ fn light_of(shot: Shot, view: View, sample: vec2u, mark: u32, k: u32, n: u32) ->
     let outer_side = dot(normal, ray) < 0.0;
     let n_world = normalize(turned(shot.turn, select(-normal, normal, outer_side)));
     let p_world = shot.place + turned(shot.turn, p);
-    let surface = Surface(p_world, n_world, outer_side, view_world, shot.items + ITEM_QUADS * solid.a.y);
+    let body = 2u * (view.bodies + (solid.a.x >> 16u));
+    let turn = bodies[body];
+    let p_body = turned(vec4f(-turn.xyz, turn.w), p - bodies[body + 1u].xyz);
+    // Items that are sent have the highest bit.
+    let items_at = select(shot.items, shot.loose, solid.a.y > 0x7fffffffu);
+    let item = items_at + ITEM_QUADS * (solid.a.y & 0x7fffffffu);
+    let surface = Surface(p_world, n_world, outer_side, view_world, item, items_at, p_body);
     let color = shade(shot, surface, material_of(surface), k, n);
     // Haze: distance blends into the horizon.
     let clear = exp(-z * length(ray) / shot.haze_length);

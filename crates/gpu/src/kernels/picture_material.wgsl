@@ -109,7 +109,7 @@ fn material_of(s: Surface) -> Material {
     let turn = quad(s.item + 1u);
     let own = quad(s.item + 3u);
     // In the item's frame.
-    let local = turned(vec4f(-turn.xyz, turn.w), s.p_world - place.xyz);
+    let local = turned(vec4f(-turn.xyz, turn.w), s.p_body - place.xyz);
     let variation = place.w;
     var m = matt(own.xyz);
     switch head.x {
@@ -127,8 +127,10 @@ fn material_of(s: Surface) -> Material {
     if head.y == 1u {
         m.color = own.xyz;
     }
-    if head.z == 1u {
-        let tint = mat3x3f(quad(s.item + 4u).xyz, quad(s.item + 5u).xyz, quad(s.item + 6u).xyz);
+    // Tints lie before the items.
+    if head.z > 0u {
+        let at = s.items - 3u * head.z;
+        let tint = mat3x3f(quad(at).xyz, quad(at + 1u).xyz, quad(at + 2u).xyz);
         m.color = max(tint * m.color, vec3f(0.0));
         m.transmitted = max(tint * m.transmitted, vec3f(0.0));
     }

@@ -5,6 +5,7 @@ pub mod env;
 mod env_gpu;
 #[cfg(feature = "gpu")]
 mod images;
+mod pictures;
 
 use std::path::PathBuf;
 

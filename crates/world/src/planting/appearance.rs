@@ -1,6 +1,6 @@
 //! The colours of one tree.
 
-use orchard_camera::{Label, NO_INSTANCE, Scene, Tint};
+use orchard_camera::{Item, Label, NO_INSTANCE, Tint};
 
 /// Changes of the palette's colours; `None` leaves them.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -14,9 +14,9 @@ pub struct Appearance {
 }
 
 impl Appearance {
-    /// Colours the tree of a scene: segments, leaves and fruit. Stems and other items without a number keep the palette's.
-    pub fn paint(&self, scene: &mut Scene) {
-        for item in scene.items.iter_mut().filter(|item| item.instance != NO_INSTANCE) {
+    /// Colours the tree among the items of a scene: segments, leaves and fruit. Stems and other items without a number keep the palette's.
+    pub fn paint(&self, items: &mut [Item]) {
+        for item in items.iter_mut().filter(|item| item.instance != NO_INSTANCE) {
             item.tint = match item.label {
                 Label::Wood => self.wood,
                 Label::Leaf => self.leaf,

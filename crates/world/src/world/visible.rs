@@ -88,27 +88,41 @@ impl World {
 
     /// [`Self::picture_scene`] of an earlier state of the episode. Fruit that hang now have a stem.
     pub(crate) fn picture_scene_in(&self, data: &Data) -> Scene {
-        let mut scene = self.scene_in(data);
-        let bodies = &self.parts.tree.bodies;
-        let anchors = self.parts.fruit.fruit.iter().map(|fruit| (fruit.segment, &fruit.p_segment));
-        push_fine_wood(&mut scene, self.spec().tree.spur_radius.si(), &self.parts.skeleton, anchors, |i| {
-            *data.x_world_body(bodies[i])
-        });
-        self.appearance.paint(&mut scene);
-        if let Some(field) = self.terrain() {
-            push_plain(&mut scene, field.bounds().min.z);
-        }
+        let mut scene = self.pictured().posed(&self.x_world_visible(data));
+        scene.items.append(&mut self.stems_in(data).items);
+        scene
+    }
+
+    /// What pictures show but for stems: the items of [`moving_scene`] and what is fixed to its bodies besides. It is made when it is first asked for.
+    pub(crate) fn pictured(&self) -> &Arc<MovingScene> {
+        self.pictured.get_or_init(|| {
+            let mut scene = (*self.visible).clone();
+            let anchors = self.parts.fruit.fruit.iter().map(|fruit| (fruit.segment, &fruit.p_segment));
+            let radius = self.spec().tree.spur_radius.si();
+            let mut fine = Scene::default();
+            push_fine_wood(&mut fine, radius, &self.parts.skeleton, anchors, |_| Pose::identity());
+            for item in fine.items {
+                // Its instance is its segment.
+                scene.extend(STILL + 1 + item.instance, [item]);
+            }
+            self.appearance.paint(scene.items_mut());
+            if let Some(field) = self.terrain() {
+                let mut plain = Scene::default();
+                push_plain(&mut plain, field.bounds().min.z);
+                scene.extend(STILL, plain.items);
+            }
+            Arc::new(scene)
+        })
+    }
+
+    /// Stems of the fruit that hang now, in a state. Their lengths change as fruit swing.
+    pub(crate) fn stems_in(&self, data: &Data) -> Scene {
+        let (mut scene, radius) = (Scene::default(), self.spec().fruit.stem_radius.si());
         for (i, &point) in self.parts.fruit.points.iter().enumerate() {
             let anchor = data.anchor_p_world(&self.parts.model, point);
             if let (Some(p_anchor), true) = (anchor, self.state.data.tethered[point.index()]) {
-                let radius = self.parts.fruit.fruit[i].radius;
-                push_stem(
-                    &mut scene,
-                    self.spec().fruit.stem_radius.si(),
-                    &p_anchor,
-                    &data.point_p_world[point.index()],
-                    radius,
-                );
+                let p_fruit = &data.point_p_world[point.index()];
+                push_stem(&mut scene, radius, &p_anchor, p_fruit, self.parts.fruit.fruit[i].radius);
             }
         }
         scene

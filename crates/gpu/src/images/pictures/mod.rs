@@ -4,15 +4,18 @@ mod plan;
 pub(super) mod table;
 
 use std::ops::Range;
+use std::sync::Arc;
 
-use orchard_camera::Scene;
 use orchard_camera::picture::PictureStyle;
+use orchard_camera::picture::recipe::Palette;
+use orchard_camera::{MovingScene, Scene};
 use orchard_geometry::{Image, Intrinsics, Pose};
 use wgpu::BufferUsages;
 
-use super::buffers::{BODY_BYTES, Buffers, Groups, PIXEL_BYTES, record};
+use super::buffers::{Buffers, Groups, PIXEL_BYTES, SOLID_BYTES, record};
+use super::kept::Kept;
 use super::pipelines::PICTURE_THREADS;
-use super::solids::{MOST_MESHES, Meshes};
+use super::solids::{MOST_BODIES, MOST_MESHES, Meshes, WORDS, of_bodies};
 use super::{LONGEST, check};
 use crate::arrays::DeviceArray;
 use crate::buffers::{allocated, create_buffer};
@@ -26,8 +29,10 @@ const AT_ONCE: usize = 1 << 29;
 /// A lit scene, and the cameras that see it.
 #[derive(Debug, Clone, Copy)]
 pub struct Lit<'a> {
-    /// The scene.
-    pub scene: &'a Scene,
+    /// What the device has, if anything: the place of a scene ([`PictureBatch::keep`]), and the pose of each body in the world.
+    pub kept: Option<(usize, &'a [Pose])>,
+    /// What is sent: items posed in the world, which come behind the others.
+    pub loose: &'a Scene,
     /// Light and image quality.
     pub style: PictureStyle,
     /// Cameras with their poses.
@@ -40,7 +45,10 @@ pub struct Lit<'a> {
 pub struct PictureBatch {
     gpu: Gpu,
     meshes: Meshes,
-    head: Vec<Words>,
+    palette: Palette,
+    /// Solids and items of scenes that the device keeps.
+    solids: Kept<[u32; WORDS]>,
+    items: Kept<Words>,
     buffers: Option<Buffers>,
     own: Option<Own>,
     /// What the latest call recorded, to record it again.
@@ -71,14 +79,31 @@ struct Recorded {
 impl PictureBatch {
     /// Makes a batch without memory; it grows with what is drawn.
     pub fn new(gpu: &Gpu) -> Self {
-        let (meshes, head) = (Meshes::default(), table::head());
-        Self { gpu: gpu.clone(), meshes, head, buffers: None, own: None, recorded: None }
+        Self {
+            gpu: gpu.clone(),
+            meshes: Meshes::default(),
+            palette: Palette::default(),
+            solids: Kept::default(),
+            items: Kept::default(),
+            buffers: None,
+            own: None,
+            recorded: None,
+        }
+    }
+
+    /// Keeps a scene at a place, instead of the one that is there. It is sent to the device when it is drawn next; if it is there already, nothing happens.
+    pub fn keep(&mut self, place: usize, scene: &Arc<MovingScene>) {
+        self.solids.put(place, scene);
+        self.items.put(place, scene);
     }
 
     /// Draws the pictures of each scene (sRGB), in the order of its cameras.
     ///
     /// # Errors
     /// A picture or shadow map is larger than the device allows; the device has no room, or was lost.
+    ///
+    /// # Panics
+    /// Nothing is kept at the place of a scene, or there is not a pose for every body of what is kept there.
     pub fn pictures(&mut self, lit: &[Lit<'_>]) -> Result<Vec<Vec<Image<[u8; 3]>>>, GpuError> {
         let mut made = Vec::with_capacity(lit.len());
         self.in_parts(lit, |batch, range| {
@@ -99,7 +124,7 @@ impl PictureBatch {
     /// As [`Self::pictures`].
     ///
     /// # Panics
-    /// There is not a row for each scene and an array for each camera, or a picture has other bytes than a row, or a row has not whole words.
+    /// As [`Self::pictures`]; there is not a row for each scene and an array for each camera, or a picture has other bytes than a row, or a row has not whole words.
     pub fn pictures_into(
         &mut self,
         lit: &[Lit<'_>],
@@ -131,18 +156,19 @@ impl PictureBatch {
         })
     }
 
-    /// Draws the pictures of the latest call again, a number of times, and waits for the device; nothing is sent or read. It tells the speed of the device alone.
+    /// Draws the pictures of the latest call again, or of its last part, a number of times, and waits for the device; nothing is sent or read. It tells the speed of the device alone. Returns the number of pictures.
     ///
     /// # Errors
     /// The device was lost.
-    pub fn draw_again(&self, times: usize) -> Result<(), GpuError> {
-        let Some(recorded) = &self.recorded else { return Ok(()) };
+    pub fn draw_again(&self, times: usize) -> Result<usize, GpuError> {
+        let Some(recorded) = &self.recorded else { return Ok(0) };
         for _ in 0..times {
             let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
             recorded.record(&self.gpu, &mut encoder);
             self.gpu.queue.submit([encoder.finish()]);
         }
-        self.gpu.wait()
+        self.gpu.wait()?;
+        Ok(recorded.shots)
     }
 
     /// Calls `draw` for the ranges of scenes that are drawn at once.
@@ -154,6 +180,9 @@ impl PictureBatch {
         let limits = self.gpu.device.limits();
         let most = AT_ONCE.min(self.most_bytes());
         let most_views = limits.max_compute_workgroups_per_dimension as usize;
+        self.solids.unpacked().for_each(|scene| self.meshes.add(scene.items()));
+        self.solids.pack(|scene| plan::casters_first(scene.items(), of_bodies(scene, &self.meshes)));
+        self.items.pack(|scene| table::items(&self.palette, scene.items()));
         let mut done = 0;
         while done < lit.len() {
             let sums = lit[done..].iter().scan((0, 0), |(bytes, views), lit| {
@@ -177,8 +206,8 @@ impl PictureBatch {
 
     /// Sends scenes to the device, and records what draws their pictures.
     fn record(&mut self, lit: &[Lit<'_>]) -> Result<(Plan, wgpu::CommandEncoder), GpuError> {
-        lit.iter().for_each(|lit| self.meshes.add(&lit.scene.items));
-        let plan = Plan::new(lit, &self.meshes, &self.head);
+        lit.iter().for_each(|lit| self.meshes.add(&lit.loose.items));
+        let plan = Plan::new(lit, self);
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         if plan.shots.is_empty() {
             self.recorded = None;
@@ -187,14 +216,19 @@ impl PictureBatch {
         let most_groups = self.gpu.device.limits().max_compute_workgroups_per_dimension as usize;
         let groups = plan.kinds.map(|(_, groups)| groups);
         let limits = [
-            ("bytes in one buffer", plan.sizes.largest().max(plan.table_bytes()), self.most_bytes()),
+            (
+                "bytes in one buffer",
+                plan.sizes.largest().max(size_of::<Words>() * plan.table),
+                self.most_bytes(),
+            ),
             ("shapes of leaves", self.meshes.len(), MOST_MESHES),
+            ("bodies in a view", plan.most_bodies, MOST_BODIES),
             ("columns or rows of an image", plan.longest, LONGEST),
             ("tiles of an image", groups.iter().map(|g| g.tiles).max().unwrap_or(0), most_groups),
             ("views of pictures", groups.iter().map(|g| g.views).max().unwrap_or(0), most_groups),
         ];
         check(&self.gpu, lit.len(), &limits)?;
-        self.reserve(&plan)?;
+        let [new_solids, new_table] = self.reserve(&plan)?;
         let (Some(buffers), Some(own)) = (&self.buffers, &self.own) else {
             unreachable!("they were reserved")
         };
@@ -202,9 +236,15 @@ impl PictureBatch {
         queue.write_buffer(&buffers.corners, 0, bytemuck::cast_slice(&self.meshes.corners()));
         queue.write_buffer(&buffers.views, 0, bytemuck::cast_slice(&plan.headers));
         queue.write_buffer(&buffers.bodies, 0, bytemuck::cast_slice(&plan.bodies));
-        debug_assert_eq!(size_of_val(&*plan.bodies), BODY_BYTES * plan.sizes.bodies);
-        queue.write_buffer(&buffers.solids, 0, bytemuck::cast_slice(&plan.solids));
-        queue.write_buffer(&own.table, 0, bytemuck::cast_slice(&plan.table));
+        self.solids.send(queue, &buffers.solids, 0, new_solids);
+        let behind = (SOLID_BYTES * self.solids.room()) as u64;
+        queue.write_buffer(&buffers.solids, behind, bytemuck::cast_slice(&plan.solids));
+        let head = size_of::<Words>() * table::HEAD;
+        self.items.send(queue, &own.table, head, new_table);
+        let shots = table::HEAD + self.items.room();
+        queue.write_buffer(&own.table, 0, bytemuck::cast_slice(&table::head(shots as u32)));
+        let behind = (size_of::<Words>() * shots) as u64;
+        queue.write_buffer(&own.table, behind, bytemuck::cast_slice(&plan.quads));
         let given = [&own.table, &own.colours];
         let recorded = Recorded {
             drawn: plan.kinds.map(|(first, groups)| (buffers.bind_from(&self.gpu, pipelines, first), groups)),
@@ -218,16 +258,18 @@ impl PictureBatch {
         Ok((plan, encoder))
     }
 
-    /// Makes room for a plan.
-    fn reserve(&mut self, plan: &Plan) -> Result<(), GpuError> {
+    /// Makes room for a plan, and tells whether the buffers of solids and of the table are new.
+    fn reserve(&mut self, plan: &Plan) -> Result<[bool; 2], GpuError> {
         let (gpu, most) = (&self.gpu, self.most_bytes());
+        let mut are_new = [false; 2];
         if self.buffers.as_ref().is_none_or(|buffers| !buffers.sizes.hold(plan.sizes)) {
             self.buffers = None;
             let roomy = plan.sizes.with_room();
             let sizes = if roomy.largest() <= most { roomy } else { plan.sizes };
             self.buffers = Some(Buffers::new(gpu, gpu.image_pipelines(), sizes)?);
+            are_new[0] = true;
         }
-        let sizes = [plan.table.len(), plan.pixels, plan.words];
+        let sizes = [plan.table, plan.pixels, plan.words];
         let holds = |own: &Own| own.sizes.iter().zip(sizes).all(|(has, needs)| *has >= needs);
         if self.own.as_ref().is_none_or(|own| !holds(own)) {
             self.own = None;
@@ -238,8 +280,9 @@ impl PictureBatch {
                 let part = sizes.map(|n| (n * some).div_ceil(shots));
                 Own::new(gpu, part)
             })?);
+            are_new[1] = true;
         }
-        Ok(())
+        Ok(are_new)
     }
 
     /// Reads what was drawn.

@@ -1,8 +1,8 @@
-//! Numbers of pictures as the kernel `light` reads them, in quads: noise and directions of the sky, then shots, then items.
+//! Numbers of pictures as the kernel `light` reads them, in quads: place of the shots, noise, and directions of the sky; items of scenes that stay; shots; items that are sent.
 
 use orchard_camera::picture::PictureStyle;
 use orchard_camera::picture::recipe::{self, Palette, Recipe};
-use orchard_camera::{Item, Label};
+use orchard_camera::{Item, Label, Tint};
 use orchard_geometry::{Pose, Vec3};
 
 use super::super::solids::{pose_quads, quad};
@@ -11,14 +11,15 @@ use crate::layout::QUAD;
 /// Four words.
 pub(in super::super) type Words = [u32; QUAD];
 
-/// First quads of the noise's values and order, of the directions of the sky, and of the shots.
-pub(in super::super) const VALUES: usize = 0;
+/// First quads of the noise's values and order, of the directions of the sky, and of the items that stay.
+pub(in super::super) const VALUES: usize = 1;
 pub(in super::super) const ORDER: usize = VALUES + recipe::NOISE / QUAD;
 pub(in super::super) const DIRECTIONS: usize = ORDER + recipe::NOISE / QUAD;
-pub(in super::super) const SHOTS: usize = DIRECTIONS + recipe::SKY_DIRECTIONS;
-/// Quads of a shot and of an item.
+pub(in super::super) const HEAD: usize = DIRECTIONS + recipe::SKY_DIRECTIONS;
+/// Quads of a shot and of an item, and of a tint, which lies before the items.
 pub(in super::super) const SHOT: usize = 12;
-pub(in super::super) const ITEM: usize = 7;
+pub(in super::super) const ITEM: usize = 4;
+const TINT: usize = 3;
 
 /// View of the sun's map where no sun shines.
 pub(super) const NO_SUN: u32 = u32::MAX;
@@ -26,8 +27,9 @@ pub(super) const NO_SUN: u32 = u32::MAX;
 /// A picture that is to be lit, as `kernels/picture.wgsl` reads it.
 pub(super) struct Shot<'a> {
     pub view: u32,
-    /// First quad of its items.
+    /// First quads of its items that stay, and of those that are sent.
     pub items: u32,
+    pub loose: u32,
     pub sun: u32,
     pub sky: u32,
     /// First pixel, and first word of its bytes.
@@ -48,11 +50,12 @@ fn with(v: &Vec3, fourth: f64) -> Words {
     bits([x, y, z, fourth as f32])
 }
 
-/// The quads before the shots.
-pub(super) fn head() -> Vec<Words> {
+/// The quads before the items; the first one is that of the shots' place.
+pub(super) fn head(shots: u32) -> Vec<Words> {
     let (values, order) = recipe::noise_tables();
     let fours = |words: &[u32]| words.as_chunks::<QUAD>().0.to_vec();
-    let mut head = fours(&values.map(|value| (value as f32).to_bits()));
+    let mut head = vec![[shots, 0, 0, 0]];
+    head.extend(fours(&values.map(|value| (value as f32).to_bits())));
     head.extend(fours(&order.map(u32::from)));
     head.extend((0..recipe::SKY_DIRECTIONS).map(|i| with(&recipe::sky_direction(i), 0.0)));
     head
@@ -60,7 +63,7 @@ pub(super) fn head() -> Vec<Words> {
 
 impl Shot<'_> {
     pub fn quads(&self) -> [Words; SHOT] {
-        let Self { view, items, sun, sky, pixels, words, x_world_camera, style, recipe } = self;
+        let Self { view, items, loose, sun, sky, pixels, words, x_world_camera, style, recipe } = self;
         let light = &recipe.daylight;
         let [turn, _] = pose_quads(x_world_camera);
         let (offset, bias) = recipe.sun.as_ref().map_or((0.0, 0.0), |sun| (sun.offset, sun.bias));
@@ -69,7 +72,7 @@ impl Shot<'_> {
         [
             [*view, *items, *sun, *sky],
             [side, once, recipe.sky.len() as u32, *pixels],
-            [*words, recipe.most_shares as u32, 0, 0],
+            [*words, recipe.most_shares as u32, *loose, 0],
             bits(turn),
             with(&x_world_camera.translation.vector, style.haze_length),
             with(&light.sun_world, offset),
@@ -83,8 +86,26 @@ impl Shot<'_> {
     }
 }
 
-/// An item, as `kernels/picture_material.wgsl` reads it.
-pub(super) fn item(palette: &Palette, item: &Item) -> [Words; ITEM] {
+/// Items as `kernels/picture_material.wgsl` reads them, behind their different tints; and the number of quads of these.
+pub(super) fn items(palette: &Palette, items: &[Item]) -> (Vec<Words>, usize) {
+    let mut tints: Vec<Tint> = Vec::new();
+    let mut records = Vec::with_capacity(ITEM * items.len());
+    for item in items {
+        let tint = item.tint.map(|tint| {
+            let known = tints.iter().position(|known| *known == tint);
+            known.unwrap_or_else(|| {
+                tints.push(tint);
+                tints.len() - 1
+            })
+        });
+        // The last tint comes first, so that each is found from the items.
+        records.extend(record(palette, item, tint.map_or(0, |tint| tint as u32 + 1)));
+    }
+    let columns = tints.iter().rev().flat_map(Tint::columns).map(|column| with(&column, 0.0));
+    (columns.chain(records).collect(), TINT * tints.len())
+}
+
+fn record(palette: &Palette, item: &Item, tint: u32) -> [Words; ITEM] {
     let label = match item.label {
         Label::None => 0,
         Label::Fruit => 1,
@@ -97,14 +118,10 @@ pub(super) fn item(palette: &Palette, item: &Item) -> [Words; ITEM] {
     let (variation, plain) = recipe::paint(palette, item);
     let own = item.color.map_or(plain, |rgb| Vec3::from(rgb.map(f64::from)));
     let [turn, _] = pose_quads(&item.x_world_item);
-    let tint = item.tint.map_or([[0; QUAD]; 3], |tint| tint.columns().map(|column| with(&column, 0.0)));
     [
-        [label, u32::from(item.color.is_some()), u32::from(item.tint.is_some()), 0],
+        [label, u32::from(item.color.is_some()), tint, 0],
         bits(turn),
         with(&item.x_world_item.translation.vector, variation),
         with(&own, 0.0),
-        tint[0],
-        tint[1],
-        tint[2],
     ]
 }

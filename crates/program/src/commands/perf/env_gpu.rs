@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use orchard_env::{Backend, Detail, Pool, Settings, Task, TaskEnv};
-use orchard_policy::Spaces;
+use orchard_policy::{Pixels, Spaces};
 use orchard_scenario::Scenario;
 use orchard_spec::camera::CameraSpec;
 use orchard_spec::{Purpose, Stream};
@@ -18,8 +18,9 @@ const CONTROL_HZ: u32 = 20;
 const TARGET: f64 = 500_000.0;
 const TARGET_ENVS: u32 = 4096;
 
-/// Side of the square depth images \[px\].
+/// Side of the square depth images, and of colour pictures \[px\].
 const SIDE: u32 = 128;
+const PICTURE: u32 = 64;
 /// Target: steps a second with a depth image each, with as many environments.
 const DEPTH_TARGET: f64 = 250_000.0;
 
@@ -41,8 +42,7 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
         let is_many = envs == TARGET_ENVS;
         let case = Case {
             scenario: &state,
-            depth: false,
-            stays: false,
+            sees: Sees::State,
             pool: None,
             backend: Backend::Gpu,
             envs,
@@ -53,17 +53,18 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
         rows.extend(rows_of(&format!("env.gpu_{envs}"), &case, target)?);
         let case = Case { pool: Some(Pool { trees: envs, seed: SEED }), ..case };
         rows.extend(rows_of(&format!("env.gpu_pool_{envs}"), &case, target)?);
-        let case = Case { scenario: &depth, depth: true, ..case };
+        let pixels = Case { sees: Sees::Pixels, ..case };
+        let case = Case { scenario: &depth, sees: Sees::Depth { stays: false }, ..case };
         let target = is_many.then_some(DEPTH_TARGET);
         rows.extend(rows_of(&format!("env.gpu_depth_{envs}"), &case, target)?);
-        let case = Case { stays: true, ..case };
+        let case = Case { sees: Sees::Depth { stays: true }, ..case };
         rows.extend(rows_of(&format!("env.gpu_depth_stays_{envs}"), &case, target)?);
+        rows.extend(rows_of(&format!("env.gpu_pixels_stays_{envs}"), &pixels, None)?);
     }
     let envs = numbers[0];
     let case = Case {
         scenario: &depth,
-        depth: true,
-        stays: false,
+        sees: Sees::Depth { stays: false },
         pool: None,
         backend: Backend::Cpu,
         envs,
@@ -71,6 +72,8 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
         steps,
     };
     rows.extend(rows_of(&format!("env.cpu_depth_{envs}"), &case, None)?);
+    let case = Case { scenario: &state, sees: Sees::Pixels, ..case };
+    rows.extend(rows_of(&format!("env.cpu_pixels_{envs}"), &case, None)?);
     Ok(rows.into())
 }
 
@@ -87,12 +90,22 @@ fn with_square_camera() -> anyhow::Result<Scenario> {
     Ok(paper.with_spec(spec))
 }
 
+/// Images that the environments observe in each step.
+#[derive(Clone, Copy, PartialEq)]
+enum Sees {
+    State,
+    /// Depth; `stays`: on the device.
+    Depth {
+        stays: bool,
+    },
+    /// Colour pictures of both cameras, which stay on the device if the worlds move there.
+    Pixels,
+}
+
 /// Environments whose steps are timed.
 struct Case<'a> {
     scenario: &'a Scenario,
-    depth: bool,
-    /// Observations stay on the device.
-    stays: bool,
+    sees: Sees,
     /// Worlds that are kept for resets.
     pool: Option<Pool>,
     backend: Backend,
@@ -104,10 +117,14 @@ struct Case<'a> {
 
 fn rows_of(name: &str, case: &Case<'_>, target: Option<f64>) -> anyhow::Result<Vec<Row>> {
     let Case { envs, steps, .. } = *case;
-    let spaces = Spaces { control_hz: CONTROL_HZ, depth: case.depth, ..Spaces::default() };
+    let depth = matches!(case.sees, Sees::Depth { .. });
+    let pixels =
+        (case.sees == Sees::Pixels).then_some(Pixels { height: PICTURE, width: PICTURE, hz: CONTROL_HZ });
+    let spaces = Spaces { control_hz: CONTROL_HZ, depth, pixels, ..Spaces::default() };
     let settings = Settings { spaces, backend: case.backend, pool: case.pool, ..Settings::of(Task::Reach) };
     let mut env = TaskEnv::new(case.scenario, &settings, 0..envs)?;
-    if case.stays {
+    let stays = case.sees == Sees::Depth { stays: true } || case.sees == Sees::Pixels;
+    if stays && case.backend == Backend::Gpu {
         env.keep_on_device(false)?;
     }
     let (all, mut draws) = (vec![true; envs as usize], Stream::new(SEED, 0, Purpose::Test));
@@ -145,11 +162,11 @@ fn rows_of(name: &str, case: &Case<'_>, target: Option<f64>) -> anyhow::Result<V
         }
     }
     let (rates, resetting) = (Rounds::new(rates), Rounds::new(resetting));
-    let seen = if case.depth {
-        let place = if case.stays { ", which stays on the device," } else { "" };
-        format!("with a {SIDE} x {SIDE} depth image{place} in every step")
-    } else {
-        "from state".to_owned()
+    let place = if stays { ", which stay where they are drawn," } else { "" };
+    let seen = match case.sees {
+        Sees::State => "from state".to_owned(),
+        Sees::Depth { .. } => format!("with depth images of {SIDE} x {SIDE}{place} in every step"),
+        Sees::Pixels => format!("with two colour pictures of {PICTURE} x {PICTURE}{place} in every step"),
     };
     let place = env.tally().map_or("on the processor".to_owned(), |tally| {
         let calm = 100.0 * tally.calm as f64 / tally.total().max(1) as f64;
@@ -166,7 +183,7 @@ fn rows_of(name: &str, case: &Case<'_>, target: Option<f64>) -> anyhow::Result<V
         Row { note: Some(of_reset), ..resets },
     ];
     rows.extend(resetting_rows(name, &rates, &resetting, case));
-    if case.backend == Backend::Gpu && !case.depth {
+    if case.backend == Backend::Gpu && case.sees == Sees::State {
         for (part, resets) in [("", false), (".resetting", true)] {
             for detail in [Detail::Parts, Detail::Kernels] {
                 env.keep_profile(Some(detail));

@@ -1,4 +1,4 @@
-//! Suite `images`: depth images of many trees at once on a graphics device.
+//! Suite `images`: depth images and colour pictures of many trees at once on a graphics device.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -12,10 +12,11 @@ use orchard_spec::{Preset, Spec};
 use orchard_world::{Sight, World};
 use rayon::prelude::*;
 
+use super::pictures;
 use crate::rows::{Effort, Measured, Rounds, Row};
 
 /// Seed of the trees.
-const SEED: u64 = 20250704;
+pub(super) const SEED: u64 = 20250704;
 /// Columns and rows of the small images, and their vertical field of view \[rad\].
 const SIDE: usize = 128;
 const FOV: f64 = 1.0;
@@ -132,17 +133,18 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
             format!("{others} images of {camera}, {width} x {height}, noise by kernels; the device alone");
         rows.push(row_of(&format!("images.{camera}.device"), rates?, &note));
     }
+    rows.extend(pictures::rows(&gpu, effort)?);
     Ok(rows.into())
 }
 
 /// A row of some rounds.
-fn row_of(name: &str, rates: Vec<f64>, note: &str) -> Row {
+pub(super) fn row_of(name: &str, rates: Vec<f64>, note: &str) -> Row {
     let rates = Rounds::new(rates);
     let row = Row::measured(name, rates.median(), "images/s");
     Row { spread: Some(rates.spread()), note: Some(note.to_owned()), ..row }
 }
 
-fn spec_of(camera: &str) -> anyhow::Result<orchard_spec::camera::CameraSpec> {
+pub(super) fn spec_of(camera: &str) -> anyhow::Result<orchard_spec::camera::CameraSpec> {
     let scenario = orchard_scenario::Scenario::of(&[("camera", camera)])?;
     Ok(scenario.spec().camera.clone())
 }
