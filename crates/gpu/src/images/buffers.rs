@@ -25,7 +25,7 @@ pub(super) struct Header {
     pub near: f32,
     pub far: f32,
     pub more: u32,
-    pub unused: u32,
+    pub world: u32,
 }
 
 /// Bytes of a pixel's depth, and of its item.

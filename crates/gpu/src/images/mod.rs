@@ -433,7 +433,8 @@ fn header(view: &View<'_>, wants_items: bool, before: Sizes) -> Header {
         // Infinity has no place in a kernel.
         far: view.exposure.far.min(f64::from(f32::MAX)) as f32,
         more: 0,
-        unused: 0,
+        // Bodies are posed before the camera.
+        world: u32::MAX,
     }
 }
 

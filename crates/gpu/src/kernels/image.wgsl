@@ -20,7 +20,8 @@ struct View {
     near: f32,
     far: f32,
     more: u32,
-    unused: u32,
+    // Pose of the world before the camera, among the bodies', if theirs are in the world.
+    world: u32,
 }
 
 // Words of `images/solids.rs`: kind, mesh and body; item; then ten numbers, which mean for
@@ -43,6 +44,9 @@ const PLANE: u32 = 3u;
 const TRIANGLE: u32 = 4u;
 const BLADE: u32 = 5u;
 
+// No pose of the world: bodies are posed before the camera.
+const BEFORE_CAMERA: u32 = 0xffffffffu;
+
 // Depth of a ray that meets nothing: the largest number.
 const NOTHING: f32 = 0x1.fffffep+127f;
 // Least size of a divisor.
@@ -53,7 +57,7 @@ const LEAST: f32 = 1e-20;
 @group(0) @binding(1) var<storage, read> solids: array<Solid>;
 // Corners of the triangles of unit blades: along and across.
 @group(0) @binding(2) var<storage, read> meshes: array<vec4f>;
-// Rotation and place of each body before its camera.
+// Rotation and place of each body before its camera, or in the world.
 @group(0) @binding(3) var<storage, read> bodies: array<vec4f>;
 // Solids before their camera.
 @group(0) @binding(4) var<storage, read_write> posed: array<Solid>;

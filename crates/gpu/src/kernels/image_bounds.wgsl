@@ -186,7 +186,10 @@ fn bound(@builtin(global_invocation_id) id: vec3u) {
     }
     let still = solids[select(view.first + id.x, view.more + id.x - view.kept, id.x >= view.kept)];
     let body = 2u * (view.bodies + (still.a.x >> 16u));
-    let solid = moved(still, bodies[body], bodies[body + 1u].xyz);
+    var solid = moved(still, bodies[body], bodies[body + 1u].xyz);
+    if view.world != BEFORE_CAMERA {
+        solid = moved(solid, bodies[2u * view.world], bodies[2u * view.world + 1u].xyz);
+    }
     var found = EMPTY;
     if nearest(solid) <= view.far {
         found = rectangle(slopes_of(solid), view);

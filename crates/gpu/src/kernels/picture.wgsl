@@ -136,7 +136,7 @@ fn light_of(shot: Shot, view: View, sample: vec2u, mark: u32, k: u32, n: u32) ->
     let p_world = shot.place + turned(shot.turn, p);
     let body = 2u * (view.bodies + (solid.a.x >> 16u));
     let turn = bodies[body];
-    let p_body = turned(vec4f(-turn.xyz, turn.w), p - bodies[body + 1u].xyz);
+    let p_body = turned(vec4f(-turn.xyz, turn.w), p_world - bodies[body + 1u].xyz);
     // Items that are sent have the highest bit.
     let items_at = select(shot.items, shot.loose, solid.a.y > 0x7fffffffu);
     let item = items_at + ITEM_QUADS * (solid.a.y & 0x7fffffffu);

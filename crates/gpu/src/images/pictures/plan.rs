@@ -63,9 +63,10 @@ struct Packed {
     counts: [usize; 2],
     /// Items that are sent, and the quads before them.
     items: (Vec<Words>, usize),
-    /// Bodies of each view, of pictures, sun and sky.
+    /// Bodies in the world, the world itself, and the world before the camera of each view: of pictures, sun and sky.
     bodies: Vec<[[f32; QUAD]; 2]>,
-    bodies_each: usize,
+    /// Number of those before the views'.
+    still: usize,
 }
 
 /// Bytes of the depths that a scene needs, and the largest number of views of a kind.
@@ -112,12 +113,9 @@ impl Packed {
         let kept = |of: fn(&PictureBatch, usize) -> usize| lit.kept.map_or(0, |(place, _)| of(batch, place));
         let cameras = lit.cameras.iter().map(|(_, x_world_camera)| x_world_camera);
         let lights = recipe.sun.iter().chain(&recipe.sky).map(|light| &light.x_world_light);
-        let of_view = |x_world_view: &Pose| {
-            let x_view_world = x_world_view.inverse();
-            let bodies = x_world_body.iter().map(move |x| pose_quads(&(x_view_world * x)));
-            bodies.chain([pose_quads(&x_view_world)])
-        };
-        let bodies = cameras.chain(lights).flat_map(of_view).collect();
+        let mut bodies: Vec<_> = x_world_body.iter().map(pose_quads).collect();
+        bodies.push(pose_quads(&Pose::identity()));
+        bodies.extend(cameras.chain(lights).map(|x_world_view| pose_quads(&x_world_view.inverse())));
         let head = kept(|batch, place| batch.items.head(place));
         Self {
             kept: (
@@ -132,17 +130,18 @@ impl Packed {
             solids,
             items: table::items(palette, loose),
             bodies,
-            bodies_each: x_world_body.len() + 1,
+            still: x_world_body.len() + 1,
             recipe,
         }
     }
 }
 
-/// Where what a scene sends begins: its solids, its bodies, and the next of these that has no view.
+/// Where what a scene sends begins: its solids, its bodies, and the pose of its next view.
 #[derive(Clone, Copy)]
 struct Begin {
     solids: usize,
     bodies: usize,
+    view: usize,
 }
 
 impl Plan {
@@ -160,12 +159,13 @@ impl Plan {
             pixels: 0,
             words: 0,
             longest: 0,
-            most_bodies: packed.iter().map(|packed| packed.bodies_each).max().unwrap_or(0),
+            most_bodies: packed.iter().map(|packed| packed.still).max().unwrap_or(0),
         };
         let room = batch.solids.room();
         let mut begins: Vec<Begin> = Vec::with_capacity(packed.len());
         for packed in &packed {
-            begins.push(Begin { solids: room + plan.solids.len(), bodies: plan.bodies.len() });
+            let bodies = plan.bodies.len();
+            begins.push(Begin { solids: room + plan.solids.len(), bodies, view: bodies + packed.still });
             plan.solids.extend_from_slice(&packed.solids);
             plan.bodies.extend_from_slice(&packed.bodies);
         }
@@ -200,9 +200,9 @@ impl Plan {
             axis: [k.cx as f32, k.cy as f32],
             near: 0.0,
             far: f32::MAX,
-            unused: 0,
+            world: begin.view as u32,
         });
-        begin.bodies += packed.bodies_each;
+        begin.view += 1;
         sizes.posed += count;
         sizes.pixels += k.width * k.height;
         self.longest = self.longest.max(k.width).max(k.height);
