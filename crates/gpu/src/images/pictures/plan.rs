@@ -233,9 +233,11 @@ impl Plan {
         begins: &mut [Begin],
         lights: impl Fn(&Recipe) -> &[LightView],
     ) -> Vec<u32> {
-        let first = self.headers.len().next_multiple_of(VIEWS_ALIGNED);
-        self.headers.resize(first, Header::default());
-        self.kinds[kind].0 = first;
+        if packed.iter().any(|packed| !lights(&packed.recipe).is_empty()) {
+            let first = self.headers.len().next_multiple_of(VIEWS_ALIGNED);
+            self.headers.resize(first, Header::default());
+            self.kinds[kind].0 = first;
+        }
         let mut views = Vec::with_capacity(packed.len());
         for (packed, begin) in packed.iter().zip(begins) {
             views.push(self.headers.len() as u32);
