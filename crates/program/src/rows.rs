@@ -166,6 +166,13 @@ impl Row {
         }
     }
 
+    /// A row of the median of some rounds, with their spread.
+    pub fn of_rounds(name: &str, rounds: Vec<f64>, unit: &str, note: &str) -> Self {
+        let rounds = Rounds::new(rounds);
+        let row = Self::measured(name, rounds.median(), unit);
+        Self { spread: Some(rounds.spread()), note: Some(note.to_owned()), ..row }
+    }
+
     /// Returns the row with a peer's figure, in the same unit, and the ratio to it; none to 0.
     pub fn beside(self, peer: &str, peer_value: f64) -> Self {
         let ratio = self.value.map(|value| value / peer_value).filter(|ratio| ratio.is_finite());

@@ -13,10 +13,10 @@ use orchard_world::{Sight, World};
 use rayon::prelude::*;
 
 use super::pictures;
-use crate::rows::{Effort, Measured, Rounds, Row};
+use crate::rows::{Effort, Measured, Row};
 
 /// Seed of the trees.
-pub(super) const SEED: u64 = 20250704;
+const SEED: u64 = 20250704;
 /// Columns and rows of the small images, and their vertical field of view \[rad\].
 const SIDE: usize = 128;
 const FOV: f64 = 1.0;
@@ -28,6 +28,8 @@ const SMALL: f64 = 400_000.0;
 const STEREO: f64 = 15_000.0;
 /// Other cameras with noise.
 const OTHERS: [&str; 4] = ["d435i-aligned", "zed-mini", "azure-kinect-native", "azure-kinect"];
+/// Unit of the rows.
+const UNIT: &str = "images/s";
 /// Times that the device draws in a round without being read.
 const AGAIN: usize = 10;
 
@@ -111,7 +113,7 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
         }
     }
     let row = |name: &str, rates: Vec<f64>, what: &str| {
-        row_of(name, rates, &format!("{note}: drawn on the device, {what}"))
+        Row::of_rounds(name, rates, UNIT, &format!("{note}: drawn on the device, {what}"))
     };
     rows.extend([
         row("images.d435i.device", alone, "noise by kernels; the device alone").at_least(STEREO),
@@ -131,20 +133,13 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
         let (width, height) = (sensor.intrinsics().width, sensor.intrinsics().height);
         let note =
             format!("{others} images of {camera}, {width} x {height}, noise by kernels; the device alone");
-        rows.push(row_of(&format!("images.{camera}.device"), rates?, &note));
+        rows.push(Row::of_rounds(&format!("images.{camera}.device"), rates?, UNIT, &note));
     }
-    rows.extend(pictures::rows(&gpu, effort)?);
+    rows.extend(pictures::rows(&gpu, SEED, effort)?);
     Ok(rows.into())
 }
 
-/// A row of some rounds.
-pub(super) fn row_of(name: &str, rates: Vec<f64>, note: &str) -> Row {
-    let rates = Rounds::new(rates);
-    let row = Row::measured(name, rates.median(), "images/s");
-    Row { spread: Some(rates.spread()), note: Some(note.to_owned()), ..row }
-}
-
-pub(super) fn spec_of(camera: &str) -> anyhow::Result<orchard_spec::camera::CameraSpec> {
+fn spec_of(camera: &str) -> anyhow::Result<orchard_spec::camera::CameraSpec> {
     let scenario = orchard_scenario::Scenario::of(&[("camera", camera)])?;
     Ok(scenario.spec().camera.clone())
 }
@@ -174,10 +169,8 @@ fn row_that_stays(
             rates.push(views.len() as f64 / start.elapsed().as_secs_f64());
         }
     }
-    let rates = Rounds::new(rates);
     let note = format!("{note}; from poses in the processor's memory to an array on the device");
-    let row = Row::measured("images.depth_128.stays", rates.median(), "images/s").at_least(SMALL);
-    Ok(Row { spread: Some(rates.spread()), note: Some(note), ..row })
+    Ok(Row::of_rounds("images.depth_128.stays", rates, UNIT, &note).at_least(SMALL))
 }
 
 /// Rows of the device alone, and of all from scenes to images in memory.
@@ -204,7 +197,9 @@ fn rows_of(
             alone.push(drawn as f64 / took_alone);
         }
     }
-    let row = |name: &str, rates: Vec<f64>, what: &str| row_of(name, rates, &format!("{note}; {what}"));
+    let row = |name: &str, rates: Vec<f64>, what: &str| {
+        Row::of_rounds(name, rates, UNIT, &format!("{note}; {what}"))
+    };
     let alone = row(&format!("{name}.device"), alone, "on the device alone");
     Ok([
         target.map_or(alone.clone(), |target| alone.at_least(target)),

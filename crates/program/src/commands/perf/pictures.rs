@@ -9,7 +9,6 @@ use orchard_scenario::Scenario;
 use orchard_world::{PictureSight, World};
 use rayon::prelude::*;
 
-use super::images::{SEED, row_of, spec_of};
 use crate::rows::{Effort, Row};
 
 /// Side of the small pictures \[px\].
@@ -18,19 +17,19 @@ const SIDE: u32 = 64;
 const AGAIN: usize = 3;
 
 /// Measures pictures of worlds at their start: those of a policy, from hand and base, and those that a detector sees beside the depth of a d435i.
-pub fn rows(gpu: &Gpu, effort: Effort) -> anyhow::Result<Vec<Row>> {
+pub fn rows(gpu: &Gpu, seed: u64, effort: Effort) -> anyhow::Result<Vec<Row>> {
     let (small, large, rounds) = match effort {
         Effort::Full => (512, 64, 3),
         Effort::Quick => (2, 1, 1),
     };
     let scenario = Scenario::of(&[("camera", "d435i")])?;
     let worlds: Result<Vec<World>, _> =
-        (0..small).into_par_iter().map(|index| scenario.world(SEED, index, 0)).collect();
+        (0..small).into_par_iter().map(|index| scenario.world(seed, index, 0)).collect();
     let mut worlds = worlds?;
     worlds.iter_mut().for_each(|world| world.deliver_colour(true));
     let pixels = Some(Pixels { height: SIDE, width: SIDE, ..Pixels::default() });
     let spaces = Spaces { pixels, ..Spaces::default() };
-    let sensor = Sensor::new(&spec_of("d435i")?);
+    let sensor = Sensor::new(&scenario.spec().camera);
     let (width, height) = (sensor.intrinsics().width, sensor.intrinsics().height);
     let encoding = orchard_policy::Encoding::new(
         scenario.robot(),
@@ -90,7 +89,9 @@ fn of(
         here.push(drawn as f64 / start.elapsed().as_secs_f64());
     }
     let note = format!("{count} colour pictures of distinct trees, {what}");
-    let row = |name: &str, rates: Vec<f64>, what: &str| row_of(name, rates, &format!("{note}; {what}"));
+    let row = |name: &str, rates: Vec<f64>, what: &str| {
+        Row::of_rounds(name, rates, "images/s", &format!("{note}; {what}"))
+    };
     Ok(vec![
         row(&format!("{name}.device"), alone, "the device alone"),
         row(name, whole, "from worlds to pictures in the processor's memory"),
