@@ -61,7 +61,7 @@ impl Mover {
         }
     }
 
-    /// Takes the first pictures of slots that have begun an episode on a device, and has those that were drawn here join the others.
+    /// Draws the missing first pictures of slots that have begun an episode on a device, and moves those that were drawn here into the device's arrays, if pictures stay there.
     ///
     /// # Errors
     /// As [`Self::take_pictures`].

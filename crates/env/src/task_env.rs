@@ -180,12 +180,13 @@ impl TaskEnv {
         let chosen = slots.iter().zip(mask).enumerate().filter(|(_, (_, chosen))| **chosen);
         let entering: Vec<_> = chosen.filter_map(|(lane, (slot, _))| Some((lane, slot.truth()?))).collect();
         entering.iter().try_for_each(|(_, world)| alone.enter(world))?;
-        mover.enter(&entering, shared.interface.pool.is_some())?;
-        self.settle_pictures(mask)?;
-        self.look_again(mask)
+        let entered = mover.enter(&entering, shared.interface.pool.is_some());
+        // Those that have entered begin their episodes all the same.
+        let settled = self.settle_pictures(mask);
+        entered.and(settled).and(self.look_again(mask))
     }
 
-    /// Has the first pictures of some environments drawn where those of all others are, and all of theirs lie where the others' do.
+    /// Draws the missing first pictures of some environments, and moves those that were drawn here into the device's arrays, if pictures stay there.
     fn settle_pictures(&mut self, mask: &[bool]) -> Result<(), EnvError> {
         let Self { slots, mover, shared, .. } = self;
         let each = slots.iter_mut().zip(mask).enumerate().filter(|(_, (_, chosen))| **chosen);
@@ -322,7 +323,7 @@ impl TaskEnv {
         Ok(driven)
     }
 
-    /// Keeps the observations on the graphics device from now on, in arrays of a row an environment ([`Self::device_arrays`]). Depth images are drawn into them; all else is sent by [`Self::send`]. [`Self::observation`] has no depth images then.
+    /// Keeps the observations on the graphics device from now on, in arrays of a row an environment ([`Self::device_arrays`]). Depth images and pictures are drawn into them; all else is sent by [`Self::send`]. [`Self::observation`] has no depth images then, and no pictures whose rows have whole words.
     /// `shared`: in memory that other interfaces can open.
     ///
     /// # Errors
@@ -330,6 +331,12 @@ impl TaskEnv {
     #[cfg(feature = "gpu")]
     pub fn keep_on_device(&mut self, shared: bool) -> Result<(), EnvError> {
         let policy = &self.shared.interface.policy;
+        // Pictures of arrays that are replaced.
+        for (slot, pictures) in self.slots.iter_mut().zip(self.mover.read_pictures(&self.slots)?) {
+            if let Some(pictures) = pictures {
+                slot.set_pictures(pictures);
+            }
+        }
         self.mover.keep_there(&policy.observation, self.slots.len(), shared)?;
         self.shared.images_elsewhere = policy.spaces.depth;
         let all = vec![true; self.slots.len()];

@@ -114,7 +114,11 @@ impl<'a> Crew<'a> {
         if let Some(begun) = self.begun.take() {
             mover.end(self.number, &mut self.spans(), begun)?;
         }
-        let due = self.members.iter_mut().filter(|member| member.stepping.are_pictures_due);
+        let is_due = |member: &&mut Member<'_>| member.stepping.are_pictures_due;
+        let mut due: Vec<&mut Member<'a>> = self.members.iter_mut().filter(is_due).collect();
+        // A step may be over before those of others.
+        due.iter_mut().for_each(|member| member.stepping.are_pictures_due = false);
+        let due = due.into_iter();
         mover.take_pictures(due.map(|member| (member.index, &mut *member.slot)).collect(), self.shared)?;
         let due = self.members.iter_mut().filter(|member| member.stepping.is_image_due());
         let mut worlds: Vec<_> =

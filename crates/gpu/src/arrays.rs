@@ -106,8 +106,13 @@ impl DeviceArray {
         self.gpu.queue.submit([encoder.finish()]);
     }
 
-    /// Panics unless there is a row, and has as many bytes.
+    /// Panics unless there is a row, and has as many bytes, which are whole words.
     pub(crate) fn assert_row(&self, row: usize, bytes: usize) {
+        assert!(
+            self.row_bytes.is_multiple_of(WORD),
+            "rows of {} bytes, which are not whole words",
+            self.row_bytes
+        );
         assert!(row < self.rows && bytes == self.row_bytes, "row {row} of {}, of {bytes} bytes", self.rows);
     }
 

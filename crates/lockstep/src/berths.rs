@@ -132,6 +132,11 @@ impl Berths {
         all.with_refused(self.beside.load(Ordering::Relaxed))
     }
 
+    /// Reason for which the device does not draw the images of some worlds any more, if there is one: they draw their own.
+    pub fn undrawn(&self) -> Option<String> {
+        self.kinds().find_map(|seats| seats.undrawn())
+    }
+
     /// Reason for which the device was lost, if it was.
     pub fn lost(&self) -> Option<String> {
         self.kinds().find_map(|seats| seats.lost())

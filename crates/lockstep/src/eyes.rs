@@ -5,7 +5,7 @@ use std::sync::Arc;
 use orchard_geometry::{DepthImage, Image};
 use orchard_gpu::{DeviceArray, Gpu, GpuError, ImageBatch, Look, PictureBatch, Subject, View};
 use orchard_robot::Observation;
-use orchard_world::{CameraTruth, PictureSight, Sight, World};
+use orchard_world::{CameraTruth, PictureSight, Sight, Status, World};
 use rayon::prelude::*;
 
 /// Draws the depth images of the wrist cameras of many worlds, and colour pictures of them. The device adds the errors of the cameras for which it has kernels ([`ImageBatch::can_measure`]), from its exact depths and with the processor's bits; those of
@@ -28,28 +28,26 @@ impl Eyes {
     /// # Errors
     /// The device has no room, or was lost.
     pub fn observe(&mut self, worlds: &mut [(usize, &mut World)]) -> Result<Vec<Observation>, GpuError> {
-        let drawn = self.deliver(worlds)?;
+        let sights = worlds.par_iter().map(|(_, world)| world.delivers()).collect();
+        let drawn = self.draw(worlds, sights)?;
         Ok(worlds.par_iter_mut().zip(drawn).map(|((_, world), drawn)| world.observe_image(drawn)).collect())
     }
 
-    /// Draws the images that cameras deliver now, so that each world has one when it is observed ([`World::prepare_image`]).
+    /// Draws the images that cameras of worlds that move deliver now, so that each of them has one when it is observed ([`World::prepare_image`]).
     ///
     /// # Errors
     /// As [`Self::observe`].
     pub fn prepare(&mut self, worlds: &mut [(usize, &mut World)]) -> Result<(), GpuError> {
-        let drawn = self.deliver(worlds)?;
+        let moves = |world: &World| *world.status() == Status::Running;
+        let sight = |(_, world): &(usize, &mut World)| world.delivers().filter(|_| moves(world));
+        let sights = worlds.par_iter().map(sight).collect();
+        let drawn = self.draw(worlds, sights)?;
         for ((_, world), drawn) in worlds.iter_mut().zip(drawn) {
             if let Some(drawn) = drawn {
                 world.prepare_image(drawn);
             }
         }
         Ok(())
-    }
-
-    /// Draws the images that cameras deliver now.
-    fn deliver(&mut self, worlds: &[(usize, &mut World)]) -> Result<Vec<Option<CameraTruth>>, GpuError> {
-        let sights = worlds.par_iter().map(|(_, world)| world.delivers()).collect();
-        self.draw(worlds, sights)
     }
 
     /// Draws the latest images of worlds again: after a restore they were drawn on the processor.

@@ -37,7 +37,10 @@ struct Crew {
 #[derive(Debug)]
 struct Table {
     lockstep: Lockstep,
-    eyes: Eyes,
+    /// Draws the worlds' images; none once it could not, and the worlds draw their own.
+    eyes: Option<Eyes>,
+    /// Reason for that.
+    undrawn: Option<String>,
     /// Seats taken, and those of them that wait for the frame.
     taken: usize,
     waits: usize,
@@ -91,7 +94,15 @@ impl Seats {
         let crews = crews.into_iter().map(|lockstep| {
             let lanes = lockstep.len();
             let waiting = (0..lanes).map(|_| None).collect();
-            let table = Table { lockstep, eyes: Eyes::new(gpu), taken: 0, waits: 0, waiting, lost: None };
+            let table = Table {
+                lockstep,
+                eyes: Some(Eyes::new(gpu)),
+                undrawn: None,
+                taken: 0,
+                waits: 0,
+                waiting,
+                lost: None,
+            };
             Crew { table: Mutex::new(table), desks: (0..lanes).map(|_| Desk::default()).collect() }
         });
         Arc::new(Self { crews: crews.collect(), free: Mutex::new(free), freed: Condvar::new(), pool })
@@ -117,6 +128,11 @@ impl Seats {
         tables.fold(Tally::default(), |tally, table| tally.with(table.lockstep.tally()))
     }
 
+    /// Reason for which the device does not draw the images of some worlds any more, if there is one.
+    pub fn undrawn(&self) -> Option<String> {
+        self.crews.iter().find_map(|crew| lock(&crew.table).undrawn.clone())
+    }
+
     /// Reason for which the device was lost, if it was.
     pub fn lost(&self) -> Option<String> {
         self.crews.iter().find_map(|crew| lock(&crew.table).lost.clone())
@@ -130,7 +146,7 @@ impl Crew {
             return;
         }
         table.waits = 0;
-        let Table { lockstep, eyes, waiting, lost, .. } = table;
+        let Table { lockstep, eyes, undrawn, waiting, lost, .. } = table;
         let mut worlds: Vec<(usize, Box<World>, Command)> = waiting
             .iter_mut()
             .enumerate()
@@ -146,11 +162,15 @@ impl Crew {
                         is_whole: true,
                     });
                     let stepped: Result<(), GpuError> = lockstep.step(&mut turns.collect::<Vec<_>>());
-                    let stepped = stepped.and_then(|()| {
-                        let each = worlds.iter_mut().map(|(lane, world, _)| (*lane, &mut **world));
-                        eyes.prepare(&mut each.collect::<Vec<_>>())
-                    });
                     *lost = stepped.err().map(|e| e.to_string());
+                    if let (Some(own), None) = (eyes.as_mut(), &lost) {
+                        let each = worlds.iter_mut().map(|(lane, world, _)| (*lane, &mut **world));
+                        match own.prepare(&mut each.collect::<Vec<_>>()) {
+                            Ok(()) => {}
+                            Err(e @ GpuError::Lost(_)) => *lost = Some(e.to_string()),
+                            Err(e) => (*eyes, *undrawn) = (None, Some(e.to_string())),
+                        }
+                    }
                 }
                 worlds.into_par_iter().for_each(|(lane, world, _)| {
                     let desk = &self.desks[lane];

@@ -17,7 +17,7 @@ pub struct PictureSight {
     pub visible: Arc<MovingScene>,
     /// Pose of each body of it.
     pub x_world_body: Vec<Pose>,
-    /// What does not: stems.
+    /// Stems, posed in the world.
     pub loose: Scene,
     /// Light and image quality.
     pub style: PictureStyle,
@@ -78,7 +78,11 @@ impl World {
     }
 
     /// Pictures of the present state, before they are drawn: of the camera on the hand, and of the one on the base.
+    ///
+    /// # Panics
+    /// The world is behind ([`World::is_behind`]).
     pub fn picture_sight(&self, request: &PictureRequest) -> PictureSight {
+        assert!(!self.is_behind(), "wood and fruit are behind the robot");
         let PictureRequest { size: [width, height], vertical_fov, .. } = *request;
         let seen = |fov| Intrinsics::from_vertical_fov(width, height, fov);
         let style = PictureStyle {

@@ -186,6 +186,7 @@ impl World {
     /// Brings the world back to the start of its episode.
     pub fn reset(&mut self) {
         self.state = State::new(&self.parts, &self.robot, Data::clone(&self.start), self.shutter);
+        self.prepared = None;
     }
 
     /// Advances one frame under a command: servos, broken joints' friction and physics each substep, then
@@ -202,6 +203,7 @@ impl World {
 
     /// Keeps what the camera will show, and tests if the world is plausible.
     pub(crate) fn end_of_frame(&mut self) {
+        self.prepared = None;
         self.drop_limb();
         let state = &mut self.state;
         state.flight.end_frame(self.shutter, state.frame, &state.data);
@@ -422,6 +424,7 @@ impl World {
 
     /// The multibody state, for tests that apply forces.
     pub fn data_mut(&mut self) -> &mut Data {
+        self.prepared = None;
         &mut self.state.data
     }
 

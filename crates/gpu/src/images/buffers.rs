@@ -19,13 +19,13 @@ pub(super) struct Header {
     pub pixels: u32,
     pub size: u32,
     pub wants: u32,
-    pub kept: u32,
+    pub kept_count: u32,
     pub focal: [f32; 2],
     pub axis: [f32; 2],
     pub near: f32,
     pub far: f32,
-    pub more: u32,
-    pub world: u32,
+    pub loose_first: u32,
+    pub world_pose: u32,
 }
 
 /// Bytes of a pixel's depth, and of its item.
@@ -39,7 +39,7 @@ const RECTANGLE_BYTES: usize = 8;
 /// Views that fill a step of the offsets of a binding.
 pub(super) const VIEWS_ALIGNED: usize = 256 / size_of::<Header>();
 /// Room beyond what is needed now, our own choice: a share, so that slowly growing needs do not allocate each time.
-const MORE: usize = 4;
+pub(super) const MORE: usize = 4;
 
 /// Numbers of what is drawn at once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -26,8 +26,8 @@ struct Place<T> {
     bodies: usize,
     /// Empty until they are packed.
     records: Vec<T>,
-    /// Number of the first ones, which are of one kind.
-    head: usize,
+    /// Number of the first ones, which are of one kind: solids that cast shadow, or quads of tints before items.
+    first_count: usize,
     is_sent: bool,
 }
 
@@ -48,7 +48,7 @@ impl<T: Pod + Send + Sync> Kept<T> {
         if there.as_ref().is_none_or(|there| !Arc::ptr_eq(&there.scene, scene)) {
             let bodies = scene.bodies().iter().max().map_or(0, |last| *last as usize + 1);
             let records = Vec::new();
-            *there = Some(Place { scene: scene.clone(), bodies, records, head: 0, is_sent: false });
+            *there = Some(Place { scene: scene.clone(), bodies, records, first_count: 0, is_sent: false });
         }
     }
 
@@ -67,9 +67,9 @@ impl<T: Pod + Send + Sync> Kept<T> {
         self.at(place).records.len()
     }
 
-    /// Number of its first records, as they were packed.
-    pub fn head(&self, place: usize) -> usize {
-        self.at(place).head
+    /// Number of its first records, which are of one kind, as they were packed.
+    pub fn first_count(&self, place: usize) -> usize {
+        self.at(place).first_count
     }
 
     /// Number of its bodies.
@@ -100,7 +100,7 @@ impl<T: Pod + Send + Sync> Kept<T> {
     /// Packs new scenes into records; `of` tells how many of them come first.
     pub fn pack(&mut self, of: impl Fn(&MovingScene) -> (Vec<T>, usize) + Sync) {
         let new = self.places.par_iter_mut().flatten().filter(|place| place.records.is_empty());
-        new.for_each(|place| (place.records, place.head) = of(&place.scene));
+        new.for_each(|place| (place.records, place.first_count) = of(&place.scene));
         let most = self.places.iter().flatten().map(|place| place.records.len()).max().unwrap_or(0);
         if most > self.stride {
             self.stride = most + most / MORE;

@@ -194,11 +194,7 @@ impl ImageBatch {
             // An item has one solid but for hulls and uneven ground, which the limit checked below allows for.
             let bytes = |view: &View<'_>| {
                 let pixels = self.pixels_shown(view).max(pixels_of_view(view));
-                let solids = match view.subject {
-                    Subject::Scene(scene) => scene.items.len(),
-                    Subject::Kept { place, .. } => self.kept.len(place),
-                };
-                (PIXEL_BYTES * pixels).max(SOLID_BYTES * solids)
+                (PIXEL_BYTES * pixels).max(SOLID_BYTES * self.solids_of(view))
             };
             let sums = views[done..].iter().scan(0, |sum, view| {
                 *sum += bytes(view);
@@ -355,6 +351,14 @@ impl ImageBatch {
         self.errors.pixels().unwrap_or_else(|| pixels_of_view(view))
     }
 
+    /// Solids of a view, but for hulls and uneven ground of a scene that is sent.
+    fn solids_of(&self, view: &View<'_>) -> usize {
+        match view.subject {
+            Subject::Scene(scene) => scene.items.len(),
+            Subject::Kept { place, .. } => self.kept.len(place),
+        }
+    }
+
     /// Checks sizes against the limits of the adapter.
     fn check(&self, views: &[View<'_>], sizes: Sizes, most: usize) -> Result<(), GpuError> {
         let longest =
@@ -362,12 +366,14 @@ impl ImageBatch {
         let most_groups = self.gpu.device.limits().max_compute_workgroups_per_dimension as usize;
         let bodies = views.iter().map(|view| bodies_of(view).len()).max().unwrap_or(0);
         let groups = views.iter().map(|view| tiles(size_of_view(view))).max().unwrap_or(0);
+        let solids = views.iter().map(|view| self.solids_of(view)).max().unwrap_or(0);
         let limits = [
             ("bytes in one buffer", sizes.largest(), most),
             ("shapes of leaves", self.meshes.len(), MOST_MESHES),
             ("bodies in a view", bodies, MOST_BODIES),
             ("columns or rows of an image", longest, LONGEST),
             ("tiles of an image", groups, most_groups),
+            ("solids of a scene", solids, most_groups * BOUND_THREADS),
         ];
         check(&self.gpu, views.len(), &limits)
     }
@@ -426,15 +432,15 @@ fn header(view: &View<'_>, wants_items: bool, before: Sizes) -> Header {
         pixels: before.pixels as u32,
         size: (k.width | k.height << 16) as u32,
         wants: u32::from(wants_items),
-        kept: u32::MAX,
+        kept_count: u32::MAX,
         focal: [k.fx as f32, k.fy as f32],
         axis: [k.cx as f32, k.cy as f32],
         near: view.exposure.near as f32,
         // Infinity has no place in a kernel.
         far: view.exposure.far.min(f64::from(f32::MAX)) as f32,
-        more: 0,
+        loose_first: 0,
         // Bodies are posed before the camera.
-        world: u32::MAX,
+        world_pose: u32::MAX,
     }
 }
 

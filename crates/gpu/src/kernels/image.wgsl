@@ -2,7 +2,7 @@
 // optical frame; the ray of a pixel is t (x, y, 1), so that t is the depth.
 
 struct View {
-    // First of its solids among all, and their number. Those beyond `kept` lie at `more`.
+    // First of its solids among all, and their number. Those beyond `kept_count` lie at `loose_first`.
     first: u32,
     count: u32,
     // First of its solids among those that are posed before the camera, and first of its bodies.
@@ -14,14 +14,14 @@ struct View {
     size: u32,
     // 1 if the pixels' items are wanted, 2 for marks of solids.
     wants: u32,
-    kept: u32,
+    kept_count: u32,
     focal: vec2f,
     axis: vec2f,
     near: f32,
     far: f32,
-    more: u32,
+    loose_first: u32,
     // Pose of the world before the camera, among the bodies', if theirs are in the world.
-    world: u32,
+    world_pose: u32,
 }
 
 // Words of `images/solids.rs`: kind, mesh and body; item; then ten numbers, which mean for

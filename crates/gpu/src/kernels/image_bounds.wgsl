@@ -184,11 +184,11 @@ fn bound(@builtin(global_invocation_id) id: vec3u) {
     if id.x >= view.count {
         return;
     }
-    let still = solids[select(view.first + id.x, view.more + id.x - view.kept, id.x >= view.kept)];
+    let still = solids[select(view.first + id.x, view.loose_first + id.x - view.kept_count, id.x >= view.kept_count)];
     let body = 2u * (view.bodies + (still.a.x >> 16u));
     var solid = moved(still, bodies[body], bodies[body + 1u].xyz);
-    if view.world != BEFORE_CAMERA {
-        solid = moved(solid, bodies[2u * view.world], bodies[2u * view.world + 1u].xyz);
+    if view.world_pose != BEFORE_CAMERA {
+        solid = moved(solid, bodies[2u * view.world_pose], bodies[2u * view.world_pose + 1u].xyz);
     }
     var found = EMPTY;
     if nearest(solid) <= view.far {

@@ -9,7 +9,7 @@ fn sky_at(shot: Shot, d: vec3f) -> vec3f {
 
 // A point before the camera of a map: column, row and depth.
 fn place_in(map: View, p_world: vec3f) -> vec3f {
-    let p = turned(bodies[2u * map.world], p_world) + bodies[2u * map.world + 1u].xyz;
+    let p = turned(bodies[2u * map.world_pose], p_world) + bodies[2u * map.world_pose + 1u].xyz;
     return vec3f(p.xy / p.z * map.focal + map.axis, p.z);
 }
 

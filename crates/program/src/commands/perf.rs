@@ -5,6 +5,7 @@ pub mod env;
 mod env_gpu;
 #[cfg(feature = "gpu")]
 mod images;
+#[cfg(feature = "gpu")]
 mod pictures;
 
 use std::path::PathBuf;
@@ -17,7 +18,7 @@ use crate::rows::{Effort, Suite, run_suite};
 #[command(
     after_help = "Suites:\n  env      control steps of Harvest-v1 per second of one core, and memory of a world\n  \
                   env-gpu  control steps of Reach-v1 per second with worlds on a graphics device\n  \
-                  images   depth images of many trees per second on a graphics device\n\n\
+                  images   depth images and colour pictures of many trees per second on a graphics device\n\n\
                   Rows of env (actions of 0.1 s drawn from their whole range; medians of rounds of processor time):\n  \
                   env.state          from state, camera off\n  \
                   env.depth          with a depth image in every step (camera paper at 10 Hz)\n  \
@@ -29,14 +30,17 @@ use crate::rows::{Effort, Suite, run_suite};
                   env.gpu_pool_N     the same, in worlds that are kept for resets\n  \
                   env.gpu_depth_N    with a depth image of 128 x 128, drawn there, in every step, likewise\n  \
                   env.gpu_depth_stays_N  the same, with observations that stay on the device\n  \
-                  env.cpu_depth_N    the same on the processor alone\n  \
+                  env.gpu_pixels_stays_N  the same with two colour pictures of 64 x 64\n  \
+                  env.cpu_depth_N, env.cpu_pixels_N  the same on the processor alone\n  \
                   .resetting         the same while one of 100 environments gets another tree in each step, and its share of the rate\n  \
                   env.gpu_N.step     parts of the mean step of all environments: .host.PART on the processor (wait: for the\n  \
                   device), .device.KERNEL on the device by its own clock, .rounds of submitted frames\n\n\
                   Rows of images, each on the device alone (.device) and with sending and reading:\n  \
                   images.depth_128 (.stays: sending alone, to images that stay there), images.labels_128, images.d435i_exact;\n  \
                   images.d435i with the camera's noise,\n  \
-                  images.d435i_processor with the noise added on the processor; images.CAMERA.device: other cameras\n\n\
+                  images.d435i_processor with the noise added on the processor; images.CAMERA.device: other cameras;\n  \
+                  images.pixels_64: colour pictures as policies see them; images.colour_d435i: as detectors of colour do;\n  \
+                  their _processor: drawn by all its cores\n\n\
                   A missed target gives exit code 1. Suites of other parts, for developers: cargo xtask perf.\n\n\
                   Example:\n  orchard perf env --json env.json"
 )]
@@ -70,7 +74,7 @@ const SUITES: &[Suite] = &[
     #[cfg(feature = "gpu")]
     Suite {
         name: "images",
-        about: "depth images of many trees per second on a graphics device",
+        about: "depth images and colour pictures of many trees per second on a graphics device",
         measure: images::measure,
     },
 ];

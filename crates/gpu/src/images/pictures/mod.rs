@@ -12,7 +12,7 @@ use orchard_camera::{MovingScene, Scene};
 use orchard_geometry::{Image, Intrinsics, Pose};
 use wgpu::BufferUsages;
 
-use super::buffers::{Buffers, Groups, PIXEL_BYTES, SOLID_BYTES, record};
+use super::buffers::{Buffers, Groups, MORE, PIXEL_BYTES, SOLID_BYTES, record};
 use super::kept::Kept;
 use super::pipelines::PICTURE_THREADS;
 use super::solids::{MOST_BODIES, MOST_MESHES, Meshes, WORDS, of_bodies};
@@ -185,12 +185,13 @@ impl PictureBatch {
         self.items.pack(|scene| table::items(&self.palette, scene.items()));
         let mut done = 0;
         while done < lit.len() {
-            let sums = lit[done..].iter().scan((0, 0), |(bytes, views), lit| {
-                let (more_bytes, more_views) = plan::needs(lit);
-                (*bytes, *views) = (*bytes + more_bytes, *views + more_views);
-                Some((*bytes, *views))
+            let sums = lit[done..].iter().scan([0; 3], |sums, lit| {
+                let needs = plan::needs(lit, self);
+                sums.iter_mut().zip(needs).for_each(|(sum, needs)| *sum += needs);
+                Some(*sums)
             });
-            let fit = sums.take_while(|(bytes, views)| *bytes <= most && *views <= most_views);
+            let limits = [most, most, most_views];
+            let fit = sums.take_while(|sums| sums.iter().zip(limits).all(|(sum, limit)| *sum <= limit));
             let count = fit.count().max(1);
             draw(self, done..done + count)?;
             done += count;
@@ -215,6 +216,7 @@ impl PictureBatch {
         }
         let most_groups = self.gpu.device.limits().max_compute_workgroups_per_dimension as usize;
         let groups = plan.kinds.map(|(_, groups)| groups);
+        let largest = plan.shots.iter().map(|shot| shot.width * shot.height).max().unwrap_or(0);
         let limits = [
             (
                 "bytes in one buffer",
@@ -225,6 +227,8 @@ impl PictureBatch {
             ("bodies in a view", plan.most_bodies, MOST_BODIES),
             ("columns or rows of an image", plan.longest, LONGEST),
             ("tiles of an image", groups.iter().map(|g| g.tiles).max().unwrap_or(0), most_groups),
+            ("solids of a scene", groups.iter().map(|g| g.bound).max().unwrap_or(0), most_groups),
+            ("pixels of a picture", largest, most_groups * PICTURE_THREADS),
             ("views of pictures", groups.iter().map(|g| g.views).max().unwrap_or(0), most_groups),
         ];
         check(&self.gpu, lit.len(), &limits)?;
@@ -250,7 +254,7 @@ impl PictureBatch {
             drawn: plan.kinds.map(|(first, groups)| (buffers.bind_from(&self.gpu, pipelines, first), groups)),
             light: buffers.bind_lit(&self.gpu, pipelines, given, None),
             pack: buffers.bind_lit(&self.gpu, pipelines, given, Some(&own.packed)),
-            most: plan.shots.iter().map(|shot| shot.width * shot.height).max().unwrap_or(0),
+            most: largest,
             shots: plan.shots.len(),
         };
         recorded.record(&self.gpu, &mut encoder);
@@ -269,17 +273,27 @@ impl PictureBatch {
             self.buffers = Some(Buffers::new(gpu, gpu.image_pipelines(), sizes)?);
             are_new[0] = true;
         }
-        let sizes = [plan.table, plan.pixels, plan.words];
-        let holds = |own: &Own| own.sizes.iter().zip(sizes).all(|(has, needs)| *has >= needs);
+        let needs = [plan.table, plan.pixels, plan.words];
+        let holds = |own: &Own| own.sizes.iter().zip(needs).all(|(has, needs)| *has >= needs);
         if self.own.as_ref().is_none_or(|own| !holds(own)) {
             self.own = None;
             let bytes = [size_of::<Words>(), PIXEL_BYTES, PIXEL_BYTES];
-            let each = sizes.iter().zip(bytes).map(|(n, bytes)| n * bytes).sum::<usize>() / plan.shots.len();
-            let shots = plan.shots.len();
-            self.own = Some(allocated(gpu, shots, each, |some| {
+            let roomy = needs.map(|n| n + n / MORE);
+            let fits = roomy.iter().zip(bytes).all(|(n, bytes)| n * bytes <= most);
+            let (sizes, shots) = (if fits { roomy } else { needs }, plan.shots.len());
+            let each = sizes.iter().zip(bytes).map(|(n, bytes)| n * bytes).sum::<usize>() / shots;
+            let made = allocated(gpu, shots, each, |some| {
                 let part = sizes.map(|n| (n * some).div_ceil(shots));
                 Own::new(gpu, part)
-            })?);
+            });
+            match made {
+                Ok(own) => self.own = Some(own),
+                Err(e) => {
+                    // The other buffers are new and have no scenes: they are made again.
+                    self.buffers = None;
+                    return Err(e);
+                }
+            }
             are_new[1] = true;
         }
         Ok(are_new)

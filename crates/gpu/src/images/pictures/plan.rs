@@ -5,7 +5,7 @@ use orchard_camera::picture::recipe::{self, LightView, Recipe, casts_shadow};
 use orchard_geometry::{Intrinsics, Pose};
 use rayon::prelude::*;
 
-use super::super::buffers::{Groups, Header, PIXEL_BYTES, Sizes, VIEWS_ALIGNED};
+use super::super::buffers::{Groups, Header, PIXEL_BYTES, SOLID_BYTES, Sizes, VIEWS_ALIGNED};
 use super::super::pipelines::BOUND_THREADS;
 use super::super::solids::{CORNERS, WORDS, of_items, pose_quads};
 use super::super::tiles;
@@ -69,8 +69,8 @@ struct Packed {
     still: usize,
 }
 
-/// Bytes of the depths that a scene needs, and the largest number of views of a kind.
-pub(super) fn needs(lit: &Lit<'_>) -> (usize, usize) {
+/// Bytes that a scene needs of the depths and of the solids before cameras, and the largest number of its views of a kind.
+pub(super) fn needs(lit: &Lit<'_>, batch: &PictureBatch) -> [usize; 3] {
     let samples = |(k, _): &(Intrinsics, Pose)| {
         let k = recipe::samples(&lit.style, k);
         k.width * k.height
@@ -79,7 +79,12 @@ pub(super) fn needs(lit: &Lit<'_>) -> (usize, usize) {
     let skies = if shadows.sky > 0 { recipe::SKY_DIRECTIONS } else { 0 };
     let maps = shadows.sun * shadows.sun + skies * shadows.sky * shadows.sky;
     let pixels = lit.cameras.iter().map(samples).sum::<usize>() + maps;
-    (PIXEL_BYTES * pixels, skies.max(lit.cameras.len()))
+    // An item that is sent has one solid but for hulls and uneven ground, which the limits checked later allow for.
+    let kept = |of: fn(&PictureBatch, usize) -> usize| lit.kept.map_or(0, |(place, _)| of(batch, place));
+    let all = lit.loose.items.len() + kept(|batch, place| batch.solids.len(place));
+    let casters = lit.loose.items.len() + kept(|batch, place| batch.solids.first_count(place));
+    let posed = lit.cameras.len() * all + (1 + skies) * casters;
+    [PIXEL_BYTES * pixels, SOLID_BYTES * posed, skies.max(lit.cameras.len())]
 }
 
 /// Solids of some items with those that cast shadow before the others, and the number of the former.
@@ -116,14 +121,14 @@ impl Packed {
         let mut bodies: Vec<_> = x_world_body.iter().map(pose_quads).collect();
         bodies.push(pose_quads(&Pose::identity()));
         bodies.extend(cameras.chain(lights).map(|x_world_view| pose_quads(&x_world_view.inverse())));
-        let head = kept(|batch, place| batch.items.head(place));
+        let head = kept(|batch, place| batch.items.first_count(place));
         Self {
             kept: (
                 kept(|batch, place| batch.solids.first(place)),
                 HEAD + lit.kept.map_or(0, |(place, _)| kept_items.first(place)) + head,
             ),
             kept_counts: [
-                kept(|batch, place| batch.solids.head(place)),
+                kept(|batch, place| batch.solids.first_count(place)),
                 kept(|batch, place| batch.solids.len(place)),
             ],
             counts: [casters, solids.len()],
@@ -136,12 +141,12 @@ impl Packed {
     }
 }
 
-/// Where what a scene sends begins: its solids, its bodies, and the pose of its next view.
+/// Where what a scene sends begins: its solids, its bodies, and the pose of the world before the camera of its next view.
 #[derive(Clone, Copy)]
 struct Begin {
     solids: usize,
     bodies: usize,
-    view: usize,
+    world_pose: usize,
 }
 
 impl Plan {
@@ -165,7 +170,8 @@ impl Plan {
         let mut begins: Vec<Begin> = Vec::with_capacity(packed.len());
         for packed in &packed {
             let bodies = plan.bodies.len();
-            begins.push(Begin { solids: room + plan.solids.len(), bodies, view: bodies + packed.still });
+            let world_pose = bodies + packed.still;
+            begins.push(Begin { solids: room + plan.solids.len(), bodies, world_pose });
             plan.solids.extend_from_slice(&packed.solids);
             plan.bodies.extend_from_slice(&packed.bodies);
         }
@@ -189,8 +195,8 @@ impl Plan {
         self.headers.push(Header {
             first: packed.kept.0 as u32,
             count: count as u32,
-            kept: packed.kept_counts[which] as u32,
-            more: begin.solids as u32,
+            kept_count: packed.kept_counts[which] as u32,
+            loose_first: begin.solids as u32,
             posed: sizes.posed as u32,
             bodies: begin.bodies as u32,
             pixels: sizes.pixels as u32,
@@ -200,9 +206,9 @@ impl Plan {
             axis: [k.cx as f32, k.cy as f32],
             near: 0.0,
             far: f32::MAX,
-            world: begin.view as u32,
+            world_pose: begin.world_pose as u32,
         });
-        begin.view += 1;
+        begin.world_pose += 1;
         sizes.posed += count;
         sizes.pixels += k.width * k.height;
         self.longest = self.longest.max(k.width).max(k.height);

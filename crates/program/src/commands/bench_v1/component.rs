@@ -58,7 +58,7 @@ fn on_device<C: Component>(
     let share = orchard_lockstep::Share { condition: C::NAME, scenario: &plan.scenario, episodes };
     let lanes = way.lanes.unwrap_or(LANES).min(episodes);
     let stage = open_berths(C::NAME, &[share], lanes, way.threads)?;
-    Ok(Box::new(ComponentJob { plan, stage, say_where: |berths| say_where(&berths.tally()), task }))
+    Ok(Box::new(ComponentJob { plan, stage, say_where: |berths| say_where(berths), task }))
 }
 
 #[cfg(not(feature = "gpu"))]

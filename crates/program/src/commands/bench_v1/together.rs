@@ -43,8 +43,12 @@ pub fn open_berths(
     Ok(Arc::new(berths))
 }
 
-/// Says where frames were computed.
-pub fn say_where(tally: &Tally) {
+/// Says where frames were computed, and whether images were not drawn there.
+pub fn say_where(berths: &Berths) {
+    let tally = berths.tally();
+    if let Some(why) = berths.undrawn() {
+        say!("images were drawn by the processor from some frame on, since {why}");
+    }
     let total = tally.total().max(1) as f64;
     let places: Vec<String> = tally
         .frames
@@ -114,7 +118,7 @@ impl PresentedTask for OnDevice {
 
     fn report(&self, summary: &Summary, store: &Store) -> Result<(), Failure> {
         self.inner.report(summary, store)?;
-        say_where(&self.berths.tally());
+        say_where(&self.berths);
         Ok(())
     }
 

@@ -24,7 +24,7 @@ pub fn demonstrate(
     if let Some(why) = berths.lost() {
         return Err(Failure::Failed(lost_device(&why)));
     }
-    say_where(&berths.tally());
+    say_where(&berths);
     done
 }
 
