@@ -3,6 +3,7 @@
 use orchard_env::{Backend, Settings, Task, TaskEnv};
 use orchard_lockstep::Eyes;
 use orchard_policy::{Pixels, Spaces, Values};
+use orchard_robot::Command;
 use orchard_scenario::Scenario;
 use orchard_world::World;
 
@@ -40,6 +41,11 @@ fn observations_that_stay_on_the_device_have_the_same_bits() {
         let steps = if camera.is_empty() { 4 } else { 2 };
         for step in 0..steps {
             agree(&here, &mut there, step);
+            if step == 1 {
+                // Other arrays: what lay in the former ones goes along.
+                there.keep_on_device(false).unwrap();
+                agree(&here, &mut there, step);
+            }
             if step == steps - 2 {
                 let saved = here.snapshot().unwrap();
                 for env in [&mut here, &mut there] {
@@ -175,4 +181,20 @@ fn prepared_images_are_those_that_a_world_would_take() {
         worlds.iter_mut().for_each(|world| world.step(&command));
     }
     assert_eq!(seen, 2);
+    // An image that was prepared and not seen is of no other episode.
+    let mut left = worlds.swap_remove(0);
+    while left.delivers().is_none() {
+        left.step(&command);
+    }
+    let frames = left.frame();
+    let images = [true, false].map(|prepares| {
+        if prepares {
+            eyes.prepare(&mut [(0, &mut left)]).unwrap();
+        }
+        left.reset();
+        let drives = Command { base_velocity: [0.4, 0.0, 0.0], ..command };
+        (0..frames).for_each(|_| left.step(&drives));
+        left.observe().depth.unwrap()
+    });
+    assert!(images[0] == images[1]);
 }

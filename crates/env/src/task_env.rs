@@ -332,7 +332,8 @@ impl TaskEnv {
     pub fn keep_on_device(&mut self, shared: bool) -> Result<(), EnvError> {
         let policy = &self.shared.interface.policy;
         // Pictures of arrays that are replaced.
-        for (slot, pictures) in self.slots.iter_mut().zip(self.mover.read_pictures(&self.slots)?) {
+        let pictures = self.mover.read_pictures(&self.slots)?;
+        for (slot, pictures) in self.slots.iter_mut().zip(pictures) {
             if let Some(pictures) = pictures {
                 slot.set_pictures(pictures);
             }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use orchard_bench::store::Store;
 use orchard_gpu::{Choice, Gpu};
-use orchard_lockstep::{Berths, BerthsError, Share, Tally, Together};
+use orchard_lockstep::{Berths, BerthsError, Share, Together};
 use orchard_scenario::Scenario;
 use orchard_tasks::harvest::command_log::CommandLogs;
 use orchard_tasks::harvest::episode::EpisodeRecord;
