@@ -52,6 +52,8 @@ pub(crate) struct Device {
     fittings: BTreeMap<u32, Arc<orchard_lockstep::Fitting>>,
     /// Observations that stay there, if they do.
     pub observed: Option<Box<crate::on_device::OnDevice>>,
+    /// False once it had no room for pictures: the processor draws them.
+    pub draws_pictures: bool,
     /// Times of the environments' own parts of a frame, if they are kept.
     profile: Option<orchard_lockstep::Profile>,
 }
@@ -97,7 +99,15 @@ impl Mover {
                 let (crews, eyes) =
                     (crews.map_err(|e| device(&e))?, Box::new(orchard_lockstep::Eyes::new(&gpu)));
                 let fittings = BTreeMap::new();
-                Ok(Self::Gpu(Device { crews, eyes, gpu, fittings, observed: None, profile: None }))
+                Ok(Self::Gpu(Device {
+                    crews,
+                    eyes,
+                    gpu,
+                    fittings,
+                    observed: None,
+                    draws_pictures: true,
+                    profile: None,
+                }))
             }
         }
     }

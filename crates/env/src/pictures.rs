@@ -12,10 +12,10 @@ use crate::mover::{Device, device};
 use crate::slot::{Shared, Slot};
 
 impl Mover {
-    /// Takes pictures of some slots, which are given with their lane and have a world, if they are observed. Those that stay on the device have no pixels here.
+    /// Takes pictures of some slots, which are given with their lane and have a world, if they are observed. Those that stay on the device have no pixels here. If it has no room for them, the processor draws them from then on.
     ///
     /// # Errors
-    /// The device has no room, or was lost.
+    /// The device was lost.
     #[cfg_attr(not(feature = "gpu"), expect(clippy::unnecessary_wraps))]
     pub fn take_pictures(
         &mut self,
@@ -25,17 +25,30 @@ impl Mover {
         match self {
             Self::Cpu => slots.par_iter_mut().for_each(|(_, slot)| slot.take_pictures_here(shared)),
             #[cfg(feature = "gpu")]
-            Self::Gpu(Device { eyes, observed, .. }) => {
+            Self::Gpu(Device { eyes, observed, draws_pictures, .. }) => {
                 let Some(request) = shared.encoding.pictures().filter(|_| !slots.is_empty()) else {
                     return Ok(());
                 };
+                if !*draws_pictures {
+                    slots.par_iter_mut().for_each(|(_, slot)| slot.take_pictures_here(shared));
+                    self.send_pictures(&mut slots);
+                    return Ok(());
+                }
                 let worlds = slots.iter().filter_map(|(lane, slot)| Some((*lane, slot.truth()?)));
                 let worlds: Vec<(usize, &World)> = worlds.collect();
                 let taken = match observed.as_ref().and_then(|observed| observed.pictures()) {
                     Some(arrays) => eyes.pictures_into(&worlds, request, arrays),
                     None => eyes.pictures(&worlds, request),
                 };
-                let taken = taken.map_err(|e| device(&e))?;
+                let taken = match taken {
+                    Err(
+                        orchard_gpu::GpuError::TooLarge { .. } | orchard_gpu::GpuError::OutOfMemory { .. },
+                    ) => {
+                        *draws_pictures = false;
+                        return self.take_pictures(slots, shared);
+                    }
+                    taken => taken.map_err(|e| device(&e))?,
+                };
                 slots.iter_mut().zip(taken).for_each(|((_, slot), pictures)| slot.set_pictures(pictures));
             }
         }
