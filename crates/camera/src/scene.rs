@@ -25,6 +25,13 @@ pub enum Label {
     Scenery,
 }
 
+impl Label {
+    /// Number of the label, from 0 in the order above: files and kernels have it.
+    pub fn number(self) -> usize {
+        self as usize
+    }
+}
+
 /// Instance of a pixel without a valid depth.
 pub const NO_INSTANCE: u32 = u32::MAX;
 

@@ -32,14 +32,5 @@ pub const CLASSES: [Class; 7] = [
 
 /// The class of a label.
 pub(crate) fn class(label: Label) -> &'static Class {
-    let value = match label {
-        Label::None => 0,
-        Label::Fruit => 1,
-        Label::Leaf => 2,
-        Label::Wood => 3,
-        Label::Robot => 4,
-        Label::Ground => 5,
-        Label::Scenery => 6,
-    };
-    &CLASSES[value]
+    &CLASSES[label.number()]
 }

@@ -78,6 +78,7 @@ fn pictures_of_worlds_are_those_of_the_processor() {
         }
     }
     let (share, mean) = (share / f64::from(count), mean / f64::from(count));
+    // Both limits were set after the first run, which found 0 and 0.003.
     assert!(share < 0.001 && mean < 0.02, "{share} of the pixels differ, the mean difference is {mean}");
 }
 

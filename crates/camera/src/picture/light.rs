@@ -2,7 +2,7 @@
 
 use super::figures::{GLOW_EXPONENT, OFFSET, SKY_BELOW, SKY_LEAST, SKY_RISE};
 use super::material::Material;
-use super::recipe::{Daylight, LightView, Recipe, casts_shadow};
+use super::recipe::{Daylight, LightView, MOST_SHARES, Recipe, casts_shadow};
 use super::{PictureStyle, Surface};
 use crate::depth::rasterise;
 use crate::{Item, Scene};
@@ -14,15 +14,14 @@ pub(super) struct Lighting {
     /// Shadow map of the sun; `None` without sun.
     sun: Option<ShadowMap>,
     sky: Vec<ShadowMap>,
-    most_shares: usize,
 }
 
 impl Lighting {
     pub(super) fn new(scene: &Scene, style: &PictureStyle) -> Self {
-        let Recipe { daylight, sun, sky, most_shares } = Recipe::new(scene, style);
+        let Recipe { daylight, sun, sky } = Recipe::new(scene, style);
         let casters: Vec<&Item> = scene.items.iter().filter(|item| casts_shadow(item)).collect();
         let map = |view| ShadowMap::new(&casters, view);
-        Self { daylight, sun: sun.map(map), sky: sky.into_iter().map(map).collect(), most_shares }
+        Self { daylight, sun: sun.map(map), sky: sky.into_iter().map(map).collect() }
     }
 
     /// Colour of the sky in a direction.
@@ -69,7 +68,7 @@ impl Lighting {
         }
         let p = s.p_world + s.n_world * OFFSET;
         let (mut open, mut all) = (0.0, 1e-9);
-        let stride = n.clamp(1, self.most_shares);
+        let stride = n.clamp(1, MOST_SHARES);
         for map in self.sky.iter().skip(k % stride).step_by(stride) {
             // Directions slightly below the surface count too, so that no surface is black.
             let weight = (s.n_world.dot(&map.view.towards_world) + SKY_BELOW).max(0.0);

@@ -1,4 +1,4 @@
-//! What a picture's light is made of, before anything is drawn: the processor draws by it, and so can a renderer elsewhere.
+//! Light of a picture: sun, sky, and the views from which shadow maps are drawn. The renderer of this crate and that of graphics devices both draw by it.
 
 use super::figures::OFFSET;
 pub use super::material::Palette;
@@ -15,6 +15,8 @@ const DISTANCE: f64 = 100.0;
 const BIAS: f64 = 0.004;
 /// Number of sky directions.
 pub const SKY_DIRECTIONS: usize = 36;
+/// Most groups into which the samples of a pixel share out the directions of the sky.
+pub const MOST_SHARES: usize = SKY_DIRECTIONS / 4;
 
 /// Light of sun and sky, linear.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,9 +27,9 @@ pub struct Daylight {
     pub sun_color: Vec3,
     /// Light of the sky around the sun.
     pub glow: Vec3,
-    /// Light of the sky towards the viewer, at the horizon and overhead.
+    /// Light of the sky towards the viewer, at the horizon.
     pub horizon: Vec3,
-    /// Overhead.
+    /// Light of the sky towards the viewer, overhead.
     pub zenith: Vec3,
     /// Light of the sky onto a surface that faces up.
     pub from_above: Vec3,
@@ -40,7 +42,7 @@ pub struct Daylight {
 pub struct LightView {
     /// Direction towards the light, world, unit.
     pub towards_world: Vec3,
-    /// The map.
+    /// Intrinsics of the map.
     pub intrinsics: Intrinsics,
     /// Pose of its camera.
     pub x_world_light: Pose,
@@ -59,8 +61,6 @@ pub struct Recipe {
     pub sun: Option<LightView>,
     /// Maps of the parts of the sky; none if nothing hides the sky.
     pub sky: Vec<LightView>,
-    /// Most groups into which the samples of a pixel share out the directions of the sky.
-    pub most_shares: usize,
 }
 
 impl Recipe {
@@ -83,7 +83,6 @@ impl Recipe {
                 0 => Vec::new(),
                 size => sky.map(|d| LightView::new(&bounds, &d, size)).collect(),
             },
-            most_shares: SKY_DIRECTIONS / 4,
         }
     }
 }

@@ -116,7 +116,7 @@ pub(super) struct Buffers {
     rectangles: wgpu::Buffer,
     pub depths: wgpu::Buffer,
     pub items: wgpu::Buffer,
-    /// What is read: of images depths, then items.
+    /// Memory from which the processor reads: depths and then items of images, or the bytes of pictures.
     pub staging: wgpu::Buffer,
     /// Bindings of these buffers.
     pub bindings: wgpu::BindGroup,

@@ -57,12 +57,12 @@ impl<T: Pod + Send + Sync> Kept<T> {
         &self.at(place).scene
     }
 
-    /// Its items.
+    /// Items of the scene at a place.
     pub fn items(&self, place: usize) -> &[Item] {
         self.at(place).scene.items()
     }
 
-    /// Number of its records.
+    /// Number of records of the scene at a place.
     pub fn len(&self, place: usize) -> usize {
         self.at(place).records.len()
     }
@@ -72,7 +72,7 @@ impl<T: Pod + Send + Sync> Kept<T> {
         self.at(place).first_count
     }
 
-    /// Number of its bodies.
+    /// Number of bodies of the scene at a place.
     pub fn bodies(&self, place: usize) -> usize {
         self.at(place).bodies
     }

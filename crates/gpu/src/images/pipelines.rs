@@ -1,6 +1,7 @@
 //! The kernels of images, compiled for a device.
 
-use orchard_camera::picture::figures;
+use orchard_camera::Label;
+use orchard_camera::picture::{figures, recipe};
 use wgpu::{BufferBindingType, ComputePipeline};
 
 use super::pictures::table;
@@ -82,6 +83,13 @@ fn pictures() -> String {
         ("SKY_DIRECTIONS", table::DIRECTIONS),
         ("SHOT_QUADS", table::SHOT),
         ("ITEM_QUADS", table::ITEM),
+        ("MOST_SHARES", recipe::MOST_SHARES),
+        ("FRUIT", Label::Fruit.number()),
+        ("LEAF", Label::Leaf.number()),
+        ("WOOD", Label::Wood.number()),
+        ("ROBOT", Label::Robot.number()),
+        ("GROUND", Label::Ground.number()),
+        ("SCENERY", Label::Scenery.number()),
     ]);
     let numbers = figures::NUMBERS.iter().map(|(name, value)| format!("const {name}: f32 = {value:?};\n"));
     let vectors = figures::VECTORS

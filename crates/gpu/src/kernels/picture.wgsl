@@ -27,8 +27,6 @@ struct Shot {
     // First of its pixels in `colours`, and of its words in `packed`.
     pixels: u32,
     words: u32,
-    // Most groups into which samples share out the sky.
-    shares: u32,
     turn: vec4f,
     place: vec3f,
     haze_length: f32,
@@ -62,9 +60,9 @@ fn shot_of(k: u32) -> Shot {
     let color = quad(at + 6u);
     let glow = quad(at + 7u);
     return Shot(
-        head.x, head.y, rest.z, head.z, head.w,
+        head.x, head.y, rest.y, head.z, head.w,
         next.x, next.y, next.z, next.w,
-        rest.x, rest.y,
+        rest.x,
         quad(at + 3u),
         place.xyz, place.w,
         sun.xyz, sun.w,

@@ -46,7 +46,7 @@ fn ambient(shot: Shot, s: Surface, k: u32, n: u32) -> vec3f {
     let p = s.p_world + s.n_world * OFFSET;
     var open = 0.0;
     var all = 1e-9;
-    let stride = clamp(n, 1u, shot.shares);
+    let stride = clamp(n, 1u, MOST_SHARES);
     for (var d = k % stride; d < shot.sky_count; d += stride) {
         let weight = max(dot(s.n_world, quad(SKY_DIRECTIONS + d).xyz) + SKY_BELOW, 0.0);
         let map = views[shot.sky + d];

@@ -8,14 +8,6 @@ struct Material {
     shininess: f32,
 }
 
-// Labels, as `pictures/table.rs` numbers them.
-const FRUIT: u32 = 1u;
-const LEAF: u32 = 2u;
-const WOOD: u32 = 3u;
-const ROBOT: u32 = 4u;
-const GROUND: u32 = 5u;
-const SCENERY: u32 = 6u;
-
 // Index in the noise's table after hashing one more coordinate.
 fn step_to(h: u32, c: i32) -> u32 {
     let at = (h + bitcast<u32>(c)) & 0xffu;

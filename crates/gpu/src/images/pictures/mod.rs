@@ -29,9 +29,9 @@ const AT_ONCE: usize = 1 << 29;
 /// A lit scene, and the cameras that see it.
 #[derive(Debug, Clone, Copy)]
 pub struct Lit<'a> {
-    /// What the device has, if anything: the place of a scene ([`PictureBatch::keep`]), and the pose of each body in the world.
+    /// Place of a scene that the device keeps ([`PictureBatch::keep`]), and the pose of each of its bodies in the world; `None` if all is sent.
     pub kept: Option<(usize, &'a [Pose])>,
-    /// What is sent: items posed in the world, which come behind the others.
+    /// Items that are sent, posed in the world. They come behind those of the kept scene.
     pub loose: &'a Scene,
     /// Light and image quality.
     pub style: PictureStyle,
@@ -51,7 +51,7 @@ pub struct PictureBatch {
     items: Kept<Words>,
     buffers: Option<Buffers>,
     own: Option<Own>,
-    /// What the latest call recorded, to record it again.
+    /// Work of the latest call, for [`PictureBatch::draw_again`].
     recorded: Option<Recorded>,
 }
 
@@ -67,7 +67,7 @@ struct Own {
 
 #[derive(Debug)]
 struct Recorded {
-    /// Of pictures, the sun's maps, and the sky's.
+    /// Bindings and workgroups that draw pictures, the sun's maps, and the sky's.
     drawn: [(wgpu::BindGroup, Groups); 3],
     light: wgpu::BindGroup,
     pack: wgpu::BindGroup,

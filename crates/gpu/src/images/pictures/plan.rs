@@ -1,4 +1,4 @@
-//! What is sent to draw some pictures.
+//! Contents of the buffers of some pictures: views, bodies, solids, and the table of shots and items.
 
 use orchard_camera::Item;
 use orchard_camera::picture::recipe::{self, LightView, Recipe, casts_shadow};
@@ -52,7 +52,7 @@ pub(super) struct Plan {
     pub most_bodies: usize,
 }
 
-/// What a scene brings to the plan.
+/// Share of one scene in a plan: its light, and the solids, items and bodies that are sent for it.
 struct Packed {
     recipe: Recipe,
     /// First solids and items that stay, and numbers of solids: of casters of shadow, and all.

@@ -2,7 +2,7 @@
 
 use orchard_camera::picture::PictureStyle;
 use orchard_camera::picture::recipe::{self, Palette, Recipe};
-use orchard_camera::{Item, Label, Tint};
+use orchard_camera::{Item, Tint};
 use orchard_geometry::{Pose, Vec3};
 
 use super::super::solids::{pose_quads, quad};
@@ -44,13 +44,13 @@ fn bits(values: [f32; QUAD]) -> Words {
     values.map(f32::to_bits)
 }
 
-/// Three numbers and a fourth.
+/// A vector, with a fourth number behind it.
 fn with(v: &Vec3, fourth: f64) -> Words {
     let [x, y, z, _] = quad(v);
     bits([x, y, z, fourth as f32])
 }
 
-/// The quads before the items; the first one is that of the shots' place.
+/// The quads before the items that stay. The first one tells which quad is the first of the shots.
 pub(super) fn head(shots: u32) -> Vec<Words> {
     let (values, order) = recipe::noise_tables();
     let fours = |words: &[u32]| words.as_chunks::<QUAD>().0.to_vec();
@@ -72,7 +72,7 @@ impl Shot<'_> {
         [
             [*view, *items, *sun, *sky],
             [side, once, recipe.sky.len() as u32, *pixels],
-            [*words, recipe.most_shares as u32, *loose, 0],
+            [*words, *loose, 0, 0],
             bits(turn),
             with(&x_world_camera.translation.vector, style.haze_length),
             with(&light.sun_world, offset),
@@ -106,20 +106,11 @@ pub(super) fn items(palette: &Palette, items: &[Item]) -> (Vec<Words>, usize) {
 }
 
 fn record(palette: &Palette, item: &Item, tint: u32) -> [Words; ITEM] {
-    let label = match item.label {
-        Label::None => 0,
-        Label::Fruit => 1,
-        Label::Leaf => 2,
-        Label::Wood => 3,
-        Label::Robot => 4,
-        Label::Ground => 5,
-        Label::Scenery => 6,
-    };
     let (variation, plain) = recipe::paint(palette, item);
     let own = item.color.map_or(plain, |rgb| Vec3::from(rgb.map(f64::from)));
     let [turn, _] = pose_quads(&item.x_world_item);
     [
-        [label, u32::from(item.color.is_some()), tint, 0],
+        [item.label.number() as u32, u32::from(item.color.is_some()), tint, 0],
         bits(turn),
         with(&item.x_world_item.translation.vector, variation),
         with(&own, 0.0),
