@@ -160,6 +160,11 @@ impl ExpertPicker {
         self.force.norm() > self.config.feel.touch_max.si()
     }
 
+    /// True if something presses on the folded arm so hard that the base must not drive on.
+    fn is_stopped(&self) -> bool {
+        self.force.norm() > self.config.feel.drive_max.si()
+    }
+
     /// Moves the hand on along its straight way out of the canopy. It is the slower the harder the hand presses, at most `speed` [m/s], and the hand gives way
     /// aside. Returns the share of the speed.
     fn slip_out(&mut self, direction: &Vec3, speed: f64) -> f64 {
@@ -212,6 +217,10 @@ impl ExpertPicker {
     fn scan(&mut self, mut scan: Scan, robot: &RobotState) -> Next {
         if self.is_unsafe() {
             return Next::Enter(Phase::Safe(Safe::at(robot)));
+        }
+        if self.is_stopped() {
+            self.core.turn_back(robot);
+            return Next::Enter(Phase::Retreat(Retreat::from_contact(robot)));
         }
         let (velocity, choice) = self.core.look_around(&mut scan, robot);
         let Some(choice) = choice else { return Next::Stay(Phase::Scan(scan), velocity) };

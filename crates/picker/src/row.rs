@@ -25,6 +25,8 @@ pub(crate) struct Round {
     side: f64,
     /// Part of it on which the base was last.
     leg: Leg,
+    /// True of the way back to the side from which the base came.
+    returns: bool,
 }
 
 /// Part of a way round an end.
@@ -41,9 +43,9 @@ enum Leg {
 }
 
 impl Round {
-    /// The way back to the side from which it came.
-    pub fn back(self) -> Self {
-        Self { side: -self.side, leg: Leg::Out, ..self }
+    /// The way back to the side from which it came; `None` of a way that leads back already.
+    pub fn back(self) -> Option<Self> {
+        (!self.returns).then_some(Self { side: -self.side, leg: Leg::Out, returns: true, ..self })
     }
 }
 
@@ -119,7 +121,7 @@ impl Row {
         let x = self.local(here).x;
         let sense = if self.high.x - x <= x - self.low.x { 1.0 } else { -1.0 };
         let side = -(self.local(&works.p_odom).y * sense).signum();
-        Round { towards: self.along * sense, side, leg: Leg::Out }
+        Round { towards: self.along * sense, side, leg: Leg::Out, returns: false }
     }
 
     /// Turns the row's direction towards the end that a way goes round; the rectangle stays where it is.
@@ -259,7 +261,9 @@ mod tests {
             (goes_on.x - 0.4).abs() < 1e-12 && (goes_on.y - 7.5 - CLEARANCE).abs() < 1e-12,
             "{goes_on:?}"
         );
-        let back = corner(&row(&[short, long]), &mut way.back());
+        let mut way_back = way.back().expect("it leads on");
+        assert_eq!(way_back.back(), None);
+        let back = corner(&row(&[short, long]), &mut way_back);
         assert!((back.x - 0.4).abs() < 1e-12 && back.y.abs() < 1e-12 && back.yaw.abs() < 1e-12, "{back:?}");
     }
 

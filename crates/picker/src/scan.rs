@@ -139,10 +139,20 @@ impl PickerCore {
         let tolerance = Tolerance::new(tolerance, &c.scan.angle_tolerance);
         let (velocity, _) = self.mobility.towards(robot, &corner, None, &c.drive, tolerance);
         if scan.stall.is_stalled(robot, &velocity, &c.drive, self.patience()) {
-            self.meet_wall(robot);
-            (self.side.way, *scan) = (Some(round.back()), Scan::at_start());
+            self.turn_back(robot);
+            *scan = Scan::at_start();
         }
         velocity
+    }
+
+    /// Takes note that something holds the base or presses on the arm: on a way round the end of a row the base turns back, and where it did so already it works on
+    /// from where it is.
+    pub fn turn_back(&mut self, robot: &RobotState) {
+        self.meet_wall(robot);
+        if let Some(round) = self.side.way.take() {
+            let here = Side::at(robot.p_odom().xy());
+            self.side = round.back().map_or(here, |back| Side { way: Some(back), ..self.side.clone() });
+        }
     }
 
     /// Begins the way to the other side of a row after failed attempts in a row. Returns true if it did.
@@ -257,18 +267,22 @@ mod tests {
         }
     }
 
-    /// A base that something holds on the way turns back.
+    /// A base that something holds on the way turns back; if it is held on the way back too, it works on from there.
     #[test]
     fn a_base_that_is_held_turns_back() {
         let mut core = core("ridgeback-fr3", true);
         let (pose, mut scan) = ([0.5, 1.0, 0.0], Scan::here());
         assert!(core.leave_in_vain(&at(0.0, pose, STILL)));
-        let way = core.side.way.expect("on its way");
+        let returns = |core: &PickerCore| core.side.way.map(|way| way.back().is_none());
         let frames = (core.patience() / DT) as u32;
-        for frame in 0..frames + 2 {
-            assert!(frame >= frames || core.side.way.map(Round::back) == Some(way.back()));
+        for frame in 0..2 * frames + 4 {
+            if frame < frames {
+                assert_eq!(returns(&core), Some(false));
+            } else if (frames + 2..2 * frames).contains(&frame) {
+                assert_eq!(returns(&core), Some(true));
+            }
             core.look_around(&mut scan, &at(f64::from(frame) * DT, pose, STILL));
         }
-        assert_eq!(core.side.way.map(Round::back), Some(way.back().back()));
+        assert_eq!(core.side, Side::at(Vec3::new(pose[0], pose[1], 0.0).xy()));
     }
 }

@@ -1,7 +1,7 @@
 //! Requirements on a controller over the tuning seeds, and the check that a result meets them.
 
 use orchard_scenario::SceneNames;
-use orchard_tasks::harvest::matrix::EXHAUSTION;
+use orchard_tasks::harvest::matrix::is_exhaustion;
 use orchard_tasks::harvest::plan::ConditionParams;
 use orchard_tasks::harvest::summary::{ConditionSummary, Summary};
 use orchard_tasks::protocol::{Protocol, Requirement};
@@ -60,7 +60,7 @@ pub fn judge_requirements<'a>(
 /// episode per tree.
 fn is_comparable(summary: &Summary, params: &ConditionParams, condition: &str, protocol: &Protocol) -> bool {
     let horizon = match condition {
-        EXHAUSTION => protocol.exhaustion.horizon.si(),
+        name if is_exhaustion(name) => protocol.exhaustion.horizon.si(),
         _ => protocol.full.horizon.si(),
     };
     summary.scenario.names.scene == SceneNames::paper()

@@ -93,12 +93,15 @@ pub struct Profile {
     pub conditions: Vec<String>,
 }
 
-/// The condition `exhaustion`: the nominal one until nothing reachable is left.
+/// The condition `exhaustion`, the nominal one until nothing reachable is left, and its like for other conditions.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ExhaustionRules {
     /// Longest episode.
     pub horizon: Quantity,
+    /// Single conditions that have one as well, named `exhaustion-CONDITION`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub of: Vec<String>,
 }
 
 /// Thresholds by which an episode is judged.
@@ -284,7 +287,7 @@ impl Protocol {
 
     /// The conditions of the matrix.
     pub fn matrix_rules(&self) -> MatrixRules<'_> {
-        MatrixRules { sweeps: &self.sweeps, groups: &self.conditions }
+        MatrixRules { sweeps: &self.sweeps, groups: &self.conditions, exhausted: &self.exhaustion.of }
     }
 
     /// Foliage densities: those of the sweep, and of the detection task.

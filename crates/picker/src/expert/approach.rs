@@ -57,7 +57,7 @@ impl ExpertPicker {
         if align.unfolding && self.is_pressed() {
             return self.recoil(0, robot);
         }
-        if self.force.norm() > self.config.feel.drive_max.si() {
+        if self.is_stopped() {
             self.core.note_yielding(robot, self.force.norm());
             return Next::Fail(FailureReason::Blocked);
         }

@@ -44,6 +44,11 @@ impl Retreat {
 }
 
 impl Retreat {
+    /// Starts the retreat from a contact while the robot looks around.
+    pub fn from_contact(robot: &RobotState) -> Self {
+        Self { since: robot.time, stage: Stage::Home, drawn: 0.0, walled: true }
+    }
+
     /// Starts the retreat from the bucket; the arm already moves to the carrying posture.
     pub fn from_bucket(robot: &RobotState) -> Self {
         Self { since: robot.time, stage: Stage::Home, drawn: 0.0, walled: false }
@@ -107,6 +112,7 @@ impl ExpertPicker {
 mod tests {
     use super::*;
     use crate::expert::ExpertConfig;
+    use crate::scan::Scan;
     use orchard_perception::DetectorConfig;
     use orchard_robot::RobotModel;
 
@@ -136,6 +142,19 @@ mod tests {
             } else {
                 assert_eq!(gave_way, 0);
             }
+        }
+    }
+
+    /// A hard contact ends looking around: the base does not drive on, and the arm goes home.
+    #[test]
+    fn a_contact_ends_the_scan() {
+        let model = RobotModel::paper();
+        let mut picker = ExpertPicker::new(&model, DetectorConfig::paper(), ExpertConfig::preset());
+        let robot = RobotState { q: picker.core.arm.home(), dt: 1.0 / 60.0, ..RobotState::still(1.0) };
+        for (share, stops) in [(0.9, false), (1.1, true)] {
+            picker.force = Vec3::x() * (share * picker.config.feel.drive_max.si());
+            let next = picker.scan(Scan::here(), &robot);
+            assert_eq!(matches!(next, Next::Enter(Phase::Retreat(_))), stops, "{share}");
         }
     }
 }

@@ -22,7 +22,8 @@ light        clear-day, overcast-day, low-sun in colour; only by name\n  \
 wind         3, 6, 9 m/s\n  \
 slope        5, 10 deg; terrain, foliage and fruit as in bench-v1\n  \
 odometry     slip of 0.01, 0.05, 0.1, with drift; joint-noise: 0.1, 0.5 deg\n  \
-camera-delay 0.1, 0.3 s; command-delay: 0.05, 0.1 s\n\n\
+camera-delay 0.1, 0.3 s; command-delay: 0.05, 0.1 s\n  \
+exhaustion   until nothing reachable is left, 1800 s at most; exhaustions: the same of each population; only by name\n\n\
 --backend gpu moves the worlds on a graphics device, in f32; worlds that it cannot step are\n\
 computed in f64, and a line tells why.\n\n\
 Examples:\n  orchard bench-field --controller expert\n  \

@@ -15,6 +15,18 @@ use serde::{Deserialize, Serialize};
 pub const NOMINAL: &str = "nominal";
 /// Name of the nominal condition that runs until no reachable fruit is left.
 pub const EXHAUSTION: &str = "exhaustion";
+/// Group of the other conditions that run so long.
+const EXHAUSTIONS: &str = "exhaustions";
+
+/// True of a condition that runs until no reachable fruit is left: `exhaustion` and `exhaustion-CONDITION`.
+pub fn is_exhaustion(name: &str) -> bool {
+    name.strip_prefix(EXHAUSTION).is_some_and(|rest| rest.is_empty() || rest.starts_with('-'))
+}
+
+/// Name of a condition that runs until no reachable fruit is left.
+fn exhaustion_of(name: &str) -> String {
+    format!("{EXHAUSTION}-{name}")
+}
 
 /// Most values of a sweep, our own choice: each is a condition, and conditions are compared with each other.
 const MOST_VALUES: usize = 100;
@@ -62,6 +74,8 @@ pub struct MatrixRules<'a> {
     pub sweeps: &'a BTreeMap<String, SweepRules>,
     /// Groups of conditions by name, and in them what each condition changes.
     pub groups: &'a BTreeMap<String, BTreeMap<String, Changes>>,
+    /// Single conditions that also run until no reachable fruit is left.
+    pub exhausted: &'a [String],
 }
 
 impl<'a> MatrixRules<'a> {
@@ -91,6 +105,9 @@ impl<'a> MatrixRules<'a> {
                 return Some((format!("sweeps.{name}.reference"), problem));
             }
         }
+        if let Some(name) = self.exhausted.iter().find(|name| self.single(name).is_none()) {
+            return Some(("exhaustion.of".to_owned(), format!("{name} is no single condition")));
+        }
         // A name stands in names of files.
         let names = self.names();
         let plain = |c: char| c.is_ascii_alphanumeric() || "-.".contains(c);
@@ -112,6 +129,8 @@ impl<'a> MatrixRules<'a> {
         names.extend(self.singles().map(|(name, _)| name.clone()));
         names.extend(self.sweeps.iter().flat_map(of));
         names.push(EXHAUSTION.to_owned());
+        names.extend(self.exhausted.iter().map(|name| exhaustion_of(name)));
+        names.extend((!self.exhausted.is_empty()).then(|| EXHAUSTIONS.to_owned()));
         names
     }
 
@@ -286,7 +305,17 @@ impl Matrix {
         }
         conditions.push(condition(EXHAUSTION, Vec::new()));
         let groups = rules.groups.iter().map(|(name, of)| (name.clone(), of.keys().cloned().collect()));
-        Ok(Self { conditions, sweeps, groups: groups.collect() })
+        let mut groups: Vec<(String, Vec<String>)> = groups.collect();
+        let to_the_end = |name: &String| {
+            let changes = rules.single(name).into_iter().cloned().collect();
+            condition(&exhaustion_of(name), changes)
+        };
+        let exhaustions: Vec<MatrixCondition> = rules.exhausted.iter().map(to_the_end).collect();
+        if !exhaustions.is_empty() {
+            groups.push((EXHAUSTIONS.to_owned(), exhaustions.iter().map(|c| c.name.clone()).collect()));
+        }
+        conditions.extend(exhaustions);
+        Ok(Self { conditions, sweeps, groups })
     }
 
     /// Value of a sweep's dial in its reference condition, which makes the changes `like`.

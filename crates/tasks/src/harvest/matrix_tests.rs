@@ -1,4 +1,6 @@
 use super::*;
+use crate::harvest::plan::Extent;
+use crate::harvest::worlds::Harvest;
 use crate::protocol::Protocol;
 
 fn scenario() -> Scenario {
@@ -86,6 +88,36 @@ fn names_are_checked_without_worlds() {
     );
 }
 
+/// In the field the populations, too, have conditions that run to exhaustion: their worlds, and the time of exhaustion.
+#[test]
+fn populations_run_to_exhaustion() {
+    let harvest = Harvest::new(scenario().on_protocol("field")).unwrap();
+    let horizon = harvest.protocol().exhaustion.horizon.si();
+    let names: Vec<String> = ["nominal", "exhaustion", "exhaustions"].map(str::to_owned).into();
+    let extent = Extent {
+        profile: "full".into(),
+        conditions: names,
+        seeds: vec![1],
+        trees: 1,
+        repeats: 1,
+        horizon_s: 75.0,
+    };
+    let plan = harvest.plan_of(extent).unwrap();
+    assert_eq!(plan.conditions.len(), 8);
+    for condition in &plan.conditions {
+        let name = condition.name.as_str();
+        assert_eq!(condition.params.horizon_s, if name == "nominal" { 75.0 } else { horizon }, "{name}");
+        if let Some(own) = name.strip_prefix("exhaustion-") {
+            assert_eq!(harvest.scenario_of(name).unwrap().spec(), field(own).spec());
+            assert!(is_exhaustion(name) && !is_exhaustion(own));
+        }
+    }
+    let mut wrong = Protocol::field();
+    wrong.exhaustion.of.push("windy".into());
+    let (at, problem) = wrong.matrix_rules().problem().unwrap();
+    assert_eq!((at.as_str(), problem.as_str()), ("exhaustion.of", "windy is no single condition"));
+}
+
 /// The scenario of a condition of the benchmark in the field.
 fn field(name: &str) -> Scenario {
     matrix_of(&Protocol::field()).condition(name).unwrap().of(&scenario()).unwrap()
@@ -157,7 +189,7 @@ fn a_condition_changes_what_it_says_and_nothing_else() {
 fn the_field_has_what_growers_meet() {
     let matrix = matrix_of(&Protocol::field());
     let groups: Vec<&str> = matrix.groups.iter().map(|(name, _)| name.as_str()).collect();
-    assert_eq!(groups, ["cameras", "crop", "faults", "light", "populations", "robots"]);
+    assert_eq!(groups, ["cameras", "crop", "faults", "light", "populations", "robots", "exhaustions"]);
     let sunlight = matrix.sweeps.iter().find(|sweep| sweep.name == "sunlight").unwrap();
     assert_eq!(sunlight.reference, "d435i");
     let names: Vec<&str> = sunlight.points.iter().map(|point| point.condition.as_str()).collect();

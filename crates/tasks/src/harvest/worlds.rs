@@ -9,7 +9,7 @@ use orchard_world::World;
 use crate::backend::Backend;
 use crate::harvest::adapter::Recorded;
 use crate::harvest::episode::EpisodeKey;
-use crate::harvest::matrix::{ConditionError, Dials, EXHAUSTION, Matrix, MatrixCondition, NOMINAL};
+use crate::harvest::matrix::{ConditionError, Dials, Matrix, MatrixCondition, NOMINAL, is_exhaustion};
 use crate::harvest::plan::{Condition, ConditionParams, Extent, Plan};
 use crate::harvest::run::WorldFactory;
 use crate::protocol::Protocol;
@@ -76,7 +76,7 @@ impl Harvest {
                 dials: Dials::of(changed.spec()),
                 trees: extent.trees,
                 horizon_s: match &*condition.name {
-                    EXHAUSTION => self.protocol.exhaustion.horizon.si(),
+                    name if is_exhaustion(name) => self.protocol.exhaustion.horizon.si(),
                     _ => extent.horizon_s,
                 },
                 repeats: if condition.name == NOMINAL { extent.repeats } else { 1 },

@@ -6,7 +6,7 @@ use orchard_picker::Kind;
 use orchard_scaling::ScalingRules;
 use orchard_scenario::Scenario;
 use orchard_tasks::component::{Gentle, ReachAndGrasp};
-use orchard_tasks::harvest::matrix::{EXHAUSTION, NOMINAL};
+use orchard_tasks::harvest::matrix::{NOMINAL, is_exhaustion};
 use orchard_tasks::harvest::{Extent, Harvest};
 use orchard_tasks::plan_file::{Backend, TaskPlan, TreeExtent};
 use orchard_tasks::protocol::{Profile, Protocol};
@@ -242,8 +242,9 @@ fn extent(args: &Args, harvest: &Harvest, trees: &TreeExtent) -> Result<Extent, 
     if args.run.repeats.is_some() && !conditions.iter().any(|name| name == NOMINAL) {
         return Err("--repeats: applies to the condition nominal, which --conditions does not include".into());
     }
-    if args.run.horizon.is_some() && conditions.iter().all(|name| name == EXHAUSTION) {
-        return Err(format!("--horizon: does not apply to {EXHAUSTION}, and no other condition is run"));
+    if args.run.horizon.is_some() && conditions.iter().all(|name| is_exhaustion(name)) {
+        let names = conditions.join(", ");
+        return Err(format!("--horizon: does not apply to {names}, and no other condition is run"));
     }
     let horizon = args.run.horizon.unwrap_or_else(|| profile.horizon.value());
     let horizon = profile.horizon.with_value(horizon).map_err(|e| format!("--horizon: {e}"))?;

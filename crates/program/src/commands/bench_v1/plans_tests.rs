@@ -87,6 +87,11 @@ fn conditions_and_sweeps_by_name() {
         refused(&["--conditions", "exhaustion", "--horizon", "2"])
             .starts_with("--horizon: does not apply to exhaustion")
     );
+    assert_eq!(
+        refused(&["--conditions", "exhaustions"]).split(';').next(),
+        Some("--conditions: exhaustions is neither a condition nor a group or sweep of them"),
+        "v1 has none"
+    );
     assert!(refused(&["--horizon", "-1"]).starts_with("--horizon: "));
 }
 
