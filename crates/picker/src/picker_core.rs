@@ -45,6 +45,8 @@ pub(crate) struct PickerCore {
     state: State,
     state_start: f64,
     held_for: f64,
+    /// Time for which the arm has been at rest after the end of its motion \[s\].
+    rested_for: f64,
     next_attempt: AttemptId,
     last_time: Option<f64>,
     memory: Memory,
@@ -105,6 +107,7 @@ impl PickerCore {
             state,
             state_start: 0.0,
             held_for: 0.0,
+            rested_for: 0.0,
             next_attempt: 0,
             last_time: None,
             memory: Memory::new(&config.sensors),
@@ -243,6 +246,12 @@ impl PickerCore {
         self.motion.is_over() && (robot.q - self.motion.q()).amax() <= self.config.arm.arrived.si()
     }
 
+    /// True if the arm has arrived, or something has held it off its command for long, or it has long been at rest: joint sensors with an offset measure an arm that has
+    /// arrived beside its command.
+    pub fn arm_settled(&self, robot: &RobotState) -> bool {
+        self.arm_arrived(robot) || self.arm_stalled() || self.rested_for >= self.patience()
+    }
+
     /// Takes note that something holds the base, which was commanded to drive.
     pub fn meet_wall(&mut self, robot: &RobotState) {
         self.walls.meet(robot, &self.last_command.base_velocity, &self.config.drive);
@@ -272,8 +281,9 @@ impl PickerCore {
     fn watch_arm(&mut self, robot: &RobotState) {
         let c = &self.config.arm;
         let off = (robot.q - self.motion.q()).amax() > c.stall_error.si();
-        let held = off && robot.v.amax() < c.stall_speed.si();
-        self.held_for = if held { self.held_for + robot.dt } else { 0.0 };
+        let still = robot.v.amax() < c.stall_speed.si();
+        self.held_for = if off && still { self.held_for + robot.dt } else { 0.0 };
+        self.rested_for = if still && self.motion.is_over() { self.rested_for + robot.dt } else { 0.0 };
     }
 
     /// Largest distance of a detection from the target that it is matched to \[m\]; less for an assigned fruit, to tell it from its
@@ -457,43 +467,5 @@ pub(crate) fn to_base(target: &Target, robot: &RobotState) -> Target {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::expert::ExpertConfig;
-    use orchard_robot::RobotModel;
-
-    fn core(robot: &str) -> PickerCore {
-        let robot = RobotModel::named(robot).expect("built in");
-        let config = ExpertConfig::preset().tuned(&robot).expect("in range").shared;
-        PickerCore::new(&robot, DetectorConfig::paper(), config, State::Scan)
-    }
-
-    /// A cup draws from some way before the fruit's skin on, which lies before the goal by the overshoot; fingers never do.
-    #[test]
-    fn a_cup_draws_before_it_touches() {
-        let cup = core("rail-xarm6-suction");
-        let skin = cup.config.approach.overshoot.si();
-        let draw = cup.config.suction.draw.si();
-        assert!(draw > 0.0 && !cup.touches_down(skin + draw + 1e-3) && cup.touches_down(skin + draw - 1e-3));
-        assert!(!core("ridgeback-fr3").touches_down(0.0));
-    }
-
-    /// A rail that accelerates under the arm presses on nothing.
-    #[test]
-    fn the_rails_acceleration_is_no_force_at_the_hand() {
-        let mut core = core("rail-xarm6-suction");
-        let (q, change) = (core.arm.home(), 0.8);
-        let felt = Vec3::new(0.0, -change, -core.config.pull.gravity.si());
-        let robot = RobotState {
-            dt: 1.0 / 60.0,
-            q,
-            torque: core.arm.gravity_torque(&q, &felt),
-            base_acceleration: [0.0, change, 0.0],
-            ..RobotState::still(1.0)
-        };
-        assert!(core.tcp_force(&robot).norm() < 1e-6, "{}", core.tcp_force(&robot));
-        core.config.sensors.base_motion = false;
-        // Without the base's motion the arm's own inertia looks like a push along the rail.
-        assert!(core.tcp_force(&robot).y.abs() > 0.1, "{}", core.tcp_force(&robot));
-    }
-}
+#[path = "picker_core_tests.rs"]
+mod tests;

@@ -84,7 +84,7 @@ impl PickerCore {
             }
         }
         let arrived = self.perception.blind || !matches!(scan.place, Place::Going(_));
-        if !(arrived && (self.arm_arrived(robot) || self.arm_stalled())) {
+        if !(arrived && self.arm_settled(robot)) {
             return (velocity, None);
         }
         scan.dwelled += robot.dt;
