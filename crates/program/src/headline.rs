@@ -61,7 +61,7 @@ fn singles(summary: &Summary, plan: &Plan) -> String {
         .tested
         .iter()
         .map(String::as_str)
-        .chain(QUANTILES.iter().map(|q| q.info.name))
+        .chain(QUANTILES.iter().filter(|q| q.info.unit == "N").map(|q| q.info.name))
         .collect();
     let mut rows = vec![row("condition", names.iter().map(|name| (*name).to_owned()))];
     rows.extend(shown.iter().map(|(condition, of)| {

@@ -102,6 +102,10 @@ impl<S: Simulated> BenchWorld for S {
         self.world().fruit_bruise(fruit as usize).volume(&self.world().spec().fruit)
     }
 
+    fn stem_strength(&self, fruit: u32) -> Option<f64> {
+        self.world().fruit().fruit.get(fruit as usize).map(|fruit| fruit.detach_force)
+    }
+
     fn breaks_at_union(&self, segment: u32) -> bool {
         self.world().tree().union_fails[segment as usize]
     }

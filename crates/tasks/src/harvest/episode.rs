@@ -410,10 +410,19 @@ impl EpisodeRecord {
 
     /// Stem tensions at which held fruit came off \[N\]; none in a quarantined world, whose forces are invalid.
     pub fn detach_tensions(&self) -> Vec<f64> {
+        self.picked().filter_map(|event| event.tension_n).collect()
+    }
+
+    /// Those tensions, each as a share of its stem's strength in a straight pull.
+    pub fn detach_shares(&self) -> Vec<f64> {
+        self.picked().filter_map(|event| Some(event.tension_n? / event.strength_n?)).collect()
+    }
+
+    /// Held fruit that came off; none in a quarantined world.
+    fn picked(&self) -> impl Iterator<Item = &DetachEvent> {
         let knocked_off = |fruit: u32| self.fruit_knocked_off.iter().any(|event| event.fruit == fruit);
-        let picked =
-            self.fruit_detached.iter().filter(|event| !self.quarantined() && !knocked_off(event.fruit));
-        picked.filter_map(|event| event.tension_n).collect()
+        let counts = !self.quarantined();
+        self.fruit_detached.iter().filter(move |event| counts && !knocked_off(event.fruit))
     }
 
     /// Fruit that came off with their spurs; none in a quarantined world.

@@ -389,7 +389,10 @@ impl EpisodeLog {
                     self.history.detached.push(of(fruit));
                     let fruit = fruit as u32;
                     let (tension_n, stem_pulled) = (finite(tension), tension > self.stem_pull);
-                    self.detached.push(DetachEvent { fruit, frame, time, tension_n, stem_pulled, release });
+                    let strength_n = world.stem_strength(fruit).and_then(finite);
+                    let stem =
+                        DetachEvent { fruit, frame, time, tension_n, stem_pulled, release, strength_n };
+                    self.detached.push(stem);
                     let held = was_held(&self.history, fruit, frame, self.contact_gap);
                     self.hold.detached(fruit, held, frame);
                 }

@@ -44,6 +44,11 @@ pub trait BenchWorld {
         let _ = fruit;
         None
     }
+    /// Strength of a fruit's stem in a straight pull \[N\], if the world tells it.
+    fn stem_strength(&self, fruit: u32) -> Option<f64> {
+        let _ = fruit;
+        None
+    }
     /// True if the joint at a segment's base breaks at the union of two axes, not in the branch's own section.
     fn breaks_at_union(&self, segment: u32) -> bool {
         let _ = segment;

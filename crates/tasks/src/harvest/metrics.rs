@@ -310,6 +310,30 @@ pub const QUANTILES: &[QuantileDefinition<EpisodeRecord>] = &[
         level: 1.0,
         values: EpisodeRecord::detach_tensions,
     },
+    QuantileDefinition {
+        info: MetricInfo {
+            name: "detach_of_strength_p05",
+            title: "Tension of strength, 5th percentile",
+            unit: "1",
+            numerator: "5th percentile of the stem tensions at which held fruit came off, each as a share of its stem's strength in a straight pull",
+            denominator: "all trees together",
+            note: "1 is a straight pull, less a bend or a twist; a quarantined world has none",
+        },
+        level: 0.05,
+        values: EpisodeRecord::detach_shares,
+    },
+    QuantileDefinition {
+        info: MetricInfo {
+            name: "detach_of_strength_p95",
+            title: "Tension of strength, 95th percentile",
+            unit: "1",
+            numerator: "95th percentile of the stem tensions at which held fruit came off, each as a share of its stem's strength in a straight pull",
+            denominator: "all trees together",
+            note: "Above 1 where the pull rises faster than the stem gives way; a quarantined world has none",
+        },
+        level: 0.95,
+        values: EpisodeRecord::detach_shares,
+    },
 ];
 
 /// All metrics of the harvest in words.

@@ -41,6 +41,7 @@ fn two_trees() -> Vec<EpisodeRecord> {
         tension_n: Some(if stem_pulled { 30.0 } else { 20.0 }),
         stem_pulled,
         release: Some(if stem_pulled { Release::Spur } else { Release::Bend }),
+        strength_n: None,
     };
     a.fruit_detached = vec![detached(0, false), detached(1, true)];
     a.reachable_ik_count = Some(3);
@@ -129,6 +130,7 @@ fn tensions_at_detachment_are_pooled_without_fruit_that_were_knocked_off() {
         tension_n: Some(tension),
         stem_pulled: false,
         release: None,
+        strength_n: Some(40.0),
     };
     // Fruit 2 of the first tree was knocked off.
     trees[0].fruit_detached = vec![detached(0, 20.0), detached(1, 10.0), detached(2, 99.0)];
@@ -139,15 +141,20 @@ fn tensions_at_detachment_are_pooled_without_fruit_that_were_knocked_off() {
             trees,
             &Resamples::draw(&[vec![0, 1]], &Protocol::paper().bootstrap),
         );
-        [&found["detach_tension_p95_n"], &found["detach_tension_max_n"]].map(|m| (m.mean, m.ci95, m.n))
+        let shares = [&found["detach_of_strength_p05"], &found["detach_of_strength_p95"]].map(|m| m.mean);
+        let tensions = [&found["detach_tension_p95_n"], &found["detach_tension_max_n"]];
+        (tensions.map(|m| (m.mean, m.ci95, m.n)), shares)
     };
     // Of 10, 20, 30 the 95th percentile is at rank 1.9. Resamples are A A, A B or B B.
+    let (tensions, shares) = quantiles(&trees);
     assert_eq!(
-        quantiles(&trees),
+        tensions,
         [(Some(29.0), [Some(20.0), Some(30.0)], 3), (Some(30.0), [Some(20.0), Some(30.0)], 3)]
     );
+    // Of stems that bear 40 N each: ranks 0.1 and 1.9.
+    assert_eq!(shares, [Some(11.0 / 40.0), Some(29.0 / 40.0)]);
     trees[1].outcome = Outcome::Quarantined { reason: "not finite".into() };
-    assert_eq!(quantiles(&trees)[1], (Some(20.0), [Some(20.0), Some(20.0)], 2));
+    assert_eq!(quantiles(&trees).0[1], (Some(20.0), [Some(20.0), Some(20.0)], 2));
     trees[0].fruit_detached.clear();
     assert_eq!(quantiles(&trees)[0], (None, [None, None], 0));
 }

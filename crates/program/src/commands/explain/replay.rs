@@ -229,6 +229,10 @@ impl BenchWorld for ReplayedWorld {
         self.world.bruise_volume(fruit)
     }
 
+    fn stem_strength(&self, fruit: u32) -> Option<f64> {
+        self.world.stem_strength(fruit)
+    }
+
     fn breaks_at_union(&self, segment: u32) -> bool {
         BenchWorld::breaks_at_union(&self.world, segment)
     }

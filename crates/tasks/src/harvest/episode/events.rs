@@ -30,6 +30,9 @@ pub struct DetachEvent {
     /// Way in which it came off a stem that bends; absent on a tether.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub release: Option<Release>,
+    /// Strength of its stem in a straight pull \[N\]; absent if the world does not tell it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub strength_n: Option<f64>,
 }
 
 /// A fruit that came to rest in the bucket.
