@@ -141,22 +141,23 @@ fn tensions_at_detachment_are_pooled_without_fruit_that_were_knocked_off() {
             trees,
             &Resamples::draw(&[vec![0, 1]], &Protocol::paper().bootstrap),
         );
-        let shares = [&found["detach_of_strength_p05"], &found["detach_of_strength_p95"]].map(|m| m.mean);
+        let of_strength =
+            [&found["detach_of_strength_p05"], &found["detach_of_strength_p95"]].map(|m| m.mean);
         let tensions = [&found["detach_tension_p95_n"], &found["detach_tension_max_n"]];
-        (tensions.map(|m| (m.mean, m.ci95, m.n)), shares)
+        (tensions.map(|m| (m.mean, m.ci95, m.n)), of_strength)
     };
     // Of 10, 20, 30 the 95th percentile is at rank 1.9. Resamples are A A, A B or B B.
-    let (tensions, shares) = quantiles(&trees);
+    let (tensions, of_strength) = quantiles(&trees);
     assert_eq!(
         tensions,
         [(Some(29.0), [Some(20.0), Some(30.0)], 3), (Some(30.0), [Some(20.0), Some(30.0)], 3)]
     );
     // Of stems that bear 40 N each: ranks 0.1 and 1.9.
-    assert_eq!(shares, [Some(11.0 / 40.0), Some(29.0 / 40.0)]);
+    assert_eq!(of_strength, [Some(11.0 / 40.0), Some(29.0 / 40.0)]);
     trees[1].outcome = Outcome::Quarantined { reason: "not finite".into() };
     assert_eq!(quantiles(&trees).0[1], (Some(20.0), [Some(20.0), Some(20.0)], 2));
     trees[0].fruit_detached.clear();
-    assert_eq!(quantiles(&trees)[0], (None, [None, None], 0));
+    assert_eq!(quantiles(&trees).0[0], (None, [None, None], 0));
 }
 
 /// A controller that declares no attempt has no declared place success, and one by contact.
