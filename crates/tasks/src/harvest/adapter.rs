@@ -103,7 +103,10 @@ impl<S: Simulated> BenchWorld for S {
     }
 
     fn stem_strength(&self, fruit: u32) -> Option<f64> {
-        self.world().fruit().fruit.get(fruit as usize).map(|fruit| fruit.detach_force)
+        let (set, spec) = (self.world().fruit(), &self.world().spec().fruit);
+        // A tether gives way above a multiple of the pull that detaches its fruit.
+        let factor = if spec.stem.is_some() { 1.0 } else { spec.tension_factor.si() };
+        set.fruit.get(fruit as usize).map(|fruit| fruit.detach_force * factor)
     }
 
     fn breaks_at_union(&self, segment: u32) -> bool {
