@@ -305,4 +305,20 @@ mod tests {
         list.push(4);
         assert_eq!(since(&list, &mut read), [4]);
     }
+
+    /// A tether bears a multiple of the pull that detaches its fruit, a stem its own strength; a fruit that is not there has none.
+    #[test]
+    fn strengths_are_those_of_tethers_and_stems() {
+        let scenario = orchard_scenario::Scenario::of(&[]).unwrap().on_protocol("field");
+        let harvest = crate::harvest::Harvest::new(scenario).unwrap();
+        for (condition, factor) in [("nominal", 1.2), ("tall-spindle", 1.0)] {
+            let world = harvest.scenario_of(condition).unwrap().world(1, 0, 0).unwrap();
+            assert_eq!(world.spec().fruit.stem.is_some(), factor == 1.0);
+            for (i, fruit) in world.fruit().fruit.iter().enumerate() {
+                let strength = world.stem_strength(i as u32).unwrap();
+                assert!((strength / fruit.detach_force - factor).abs() < 1e-12, "{condition} {i}");
+            }
+            assert_eq!(world.stem_strength(world.fruit().fruit.len() as u32), None);
+        }
+    }
 }
