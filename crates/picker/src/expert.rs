@@ -160,7 +160,7 @@ impl ExpertPicker {
         self.force.norm() > self.config.feel.touch_max.si()
     }
 
-    /// True if something presses on the folded arm so hard that the base must not drive on.
+    /// True if something presses on the arm so hard that a drive, or a look around, must end.
     fn is_stopped(&self) -> bool {
         self.force.norm() > self.config.feel.drive_max.si()
     }

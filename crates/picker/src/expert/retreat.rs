@@ -41,9 +41,7 @@ impl Retreat {
         };
         Self { since: robot.time, stage, drawn: 0.0, walled: state == State::Align }
     }
-}
 
-impl Retreat {
     /// Starts the retreat from a contact while the robot looks around.
     pub fn from_contact(robot: &RobotState) -> Self {
         Self { since: robot.time, stage: Stage::Home, drawn: 0.0, walled: true }
