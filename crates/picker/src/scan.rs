@@ -155,9 +155,9 @@ impl PickerCore {
         }
     }
 
-    /// Begins the way to the other side of a row after failed attempts in a row. Returns true if it did.
+    /// Begins the way to the other side of a row after failed attempts in a row, unless the base is on one. Returns true if it is on one then.
     pub fn leave_in_vain(&mut self, robot: &RobotState) -> bool {
-        if self.side.failures >= self.config.drive.row_failures.get() {
+        if self.side.way.is_none() && self.side.failures >= self.config.drive.row_failures.get() {
             self.side.way = self.way_round(robot);
         }
         self.side.way.is_some()
@@ -279,6 +279,8 @@ mod tests {
             if frame < frames {
                 assert_eq!(returns(&core), Some(false));
             } else if (frames + 2..2 * frames).contains(&frame) {
+                // What was in vain before begins no new way.
+                assert!(core.leave_in_vain(&at(f64::from(frame) * DT, pose, STILL)));
                 assert_eq!(returns(&core), Some(true));
             }
             core.look_around(&mut scan, &at(f64::from(frame) * DT, pose, STILL));
