@@ -123,7 +123,7 @@ fn in_base(wanted: &Vector2<f64>, turn_left: f64, yaw: f64, c: &DriveConfig) -> 
 }
 
 /// Detects a base that is commanded to move and does not.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct StallWatch {
     since: f64,
 }

@@ -210,7 +210,8 @@ impl ExpertPicker {
                 self.core.commit(robot, choice.track, choice.target, choice.plan);
                 Next::Enter(Phase::Align(Align::towards(choice.goal)))
             }
-            None => Next::Enter(Phase::Scan(Scan::here())),
+            None if self.core.side.barred.is_empty() => Next::Enter(Phase::Scan(Scan::here())),
+            None => Next::Enter(Phase::Scan(Scan::elsewhere())),
         }
     }
 
@@ -219,8 +220,11 @@ impl ExpertPicker {
             return Next::Enter(Phase::Safe(Safe::at(robot)));
         }
         if self.is_stopped() {
-            self.core.turn_back(robot);
-            return Next::Enter(Phase::Retreat(Retreat::from_contact(robot)));
+            self.core.bar_view(&scan, robot);
+            return Next::Enter(Phase::Retreat(Retreat::from_contact(
+                self.core.config.drive.wall_back.si(),
+                robot,
+            )));
         }
         let (velocity, choice) = self.core.look_around(&mut scan, robot);
         let Some(choice) = choice else { return Next::Stay(Phase::Scan(scan), velocity) };
@@ -273,7 +277,7 @@ impl Machine for ExpertPicker {
 
     fn after_failure(&mut self, state: State, attempt: Option<&Attempt>, robot: &RobotState) -> Phase {
         self.core.yield_arm(robot);
-        Phase::Retreat(Retreat::after_failure(state, attempt, robot))
+        Phase::Retreat(Retreat::after_failure(state, attempt, self.core.config.drive.wall_back.si(), robot))
     }
 }
 

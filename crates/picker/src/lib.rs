@@ -31,6 +31,7 @@ mod row;
 mod scan;
 mod section;
 mod task;
+mod trail;
 mod walls;
 mod watch;
 mod wires;

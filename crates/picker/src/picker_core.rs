@@ -13,6 +13,7 @@ use crate::record::{Alarm, AttemptEnd, AttemptId, Event, Record, State};
 use crate::robot_state::{Memory, RobotState};
 use crate::row::Side;
 use crate::task::AssignedTask;
+use crate::trail::Trail;
 use crate::walls::Walls;
 use crate::watch::Watch;
 use orchard_geometry::{DepthImage, Intrinsics, Pose, Vec3, inverse_transform};
@@ -30,6 +31,7 @@ pub(crate) struct PickerCore {
     pub postures: Postures,
     pub blacklist: Blacklist,
     pub walls: Walls,
+    pub trail: Trail,
     /// Side of a row on which the base works.
     pub side: Side,
     /// Watch for faults; `None` for a controller that keeps none.
@@ -93,6 +95,7 @@ impl PickerCore {
             motion: ArmMotion::new(arm.home()),
             blacklist: Blacklist::new(&config.blacklist),
             walls: Walls::default(),
+            trail: Trail::default(),
             side: Side::default(),
             watch: None,
             fingers: Fingers {
@@ -137,6 +140,7 @@ impl PickerCore {
         }
         self.last_time = Some(robot.time);
         self.memory.keep(&robot);
+        self.trail.keep(&robot);
         self.fresh_image = false;
         self.imaged = None;
         if let Some(depth) = &observation.depth

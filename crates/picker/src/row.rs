@@ -56,6 +56,8 @@ pub(crate) struct Side {
     pub p_odom: Vector2<f64>,
     /// Bearings of the views that showed no target, as seen from the tree \[rad\].
     pub views: Vec<f64>,
+    /// Bearings of those that a contact ended, or the way there \[rad\].
+    pub barred: Vec<f64>,
     /// Number of attempts that failed.
     pub failures: u32,
     /// Way to the other side that the base is on.

@@ -41,6 +41,11 @@ impl Scan {
         Self::of(Place::Here)
     }
 
+    /// Makes the memory for a scan after a contact: from a view that no contact has ended.
+    pub fn elsewhere() -> Self {
+        Self::of(Place::View(None))
+    }
+
     fn of(place: Place) -> Self {
         Self { place, posture: 0, dwelled: 0.0, stall: StallWatch::default() }
     }
@@ -63,7 +68,7 @@ impl PickerCore {
             return ([0.0, 0.0, turn_speed], None);
         }
         if let Place::View(bearing) = scan.place {
-            let bearing = bearing.unwrap_or_else(|| bearing_of(&robot.p_odom(), &tree));
+            let bearing = bearing.unwrap_or_else(|| self.first_bearing(robot));
             let wanted = BaseGoal::facing(&tree, bearing, c.standoff.si());
             scan.place = Place::Going(self.mobility.nearest(robot, &wanted));
         }
@@ -111,13 +116,28 @@ impl PickerCore {
         (left.abs() > c.angle_tolerance.si()).then(|| (left * drive.gain.si()).clamp(-limit, limit))
     }
 
-    /// Bearing of the next view around the tree that no wall bars \[rad\]; the present one if all are barred.
+    /// Bearing of the first view: the present one, or the next if a contact has ended that \[rad\].
+    fn first_bearing(&self, robot: &RobotState) -> f64 {
+        let present = bearing_of(&robot.p_odom(), &self.perception.belief.p_odom());
+        if self.is_among(present, &self.side.barred) { self.next_bearing(present, robot) } else { present }
+    }
+
+    /// Bearing of the next view around the tree that neither a wall nor a contact bars \[rad\]; the present one if all are barred.
     fn next_bearing(&self, bearing: f64, robot: &RobotState) -> f64 {
         let (tree, c) = (self.perception.belief.p_odom(), &self.config.scan);
         let views = (TAU / c.orbit_step.si()).floor() as u32;
         let further = (1..=views).map(|k| math::wrap_angle(bearing + f64::from(k) * c.orbit_step.si()));
-        let is_open = |b: &f64| !self.is_barred(robot, &BaseGoal::facing(&tree, *b, c.standoff.si()));
+        let is_open = |b: &f64| {
+            !self.is_among(*b, &self.side.barred)
+                && !self.is_barred(robot, &BaseGoal::facing(&tree, *b, c.standoff.si()))
+        };
         further.into_iter().find(is_open).unwrap_or(bearing)
+    }
+
+    /// True if a bearing is the same view as one of others.
+    fn is_among(&self, bearing: f64, others: &[f64]) -> bool {
+        let again = 0.5 * self.config.scan.orbit_step.si();
+        others.iter().any(|b| math::wrap_angle(bearing - b).abs() < again)
     }
 
     /// Drives on along a way round the end of a row; at its end, views of the tree begin. If something holds the base, it turns back. Returns the base's velocity
@@ -145,9 +165,20 @@ impl PickerCore {
         velocity
     }
 
-    /// Takes note that something holds the base or presses on the arm: on a way round the end of a row the base turns back, and where it did so already it works on
-    /// from where it is.
-    pub fn turn_back(&mut self, robot: &RobotState) {
+    /// Takes note that something presses on the arm while it looks around: that view is barred.
+    pub fn bar_view(&mut self, scan: &Scan, robot: &RobotState) {
+        let p = match (self.side.way, scan.place) {
+            (None, Place::Going(goal)) => Vec3::new(goal.x, goal.y, 0.0),
+            (None, _) => robot.p_odom(),
+            (Some(_), _) => return self.turn_back(robot),
+        };
+        self.meet_wall(robot);
+        let bearing = bearing_of(&p, &self.perception.belief.p_odom());
+        self.side.barred.push(bearing);
+    }
+
+    /// Takes note that something holds the base on a way round the end of a row: it turns back, and where it did so already it works on from where it is.
+    fn turn_back(&mut self, robot: &RobotState) {
         self.meet_wall(robot);
         if let Some(round) = self.side.way.take() {
             let here = Side::at(robot.p_odom().xy());
@@ -186,8 +217,7 @@ impl PickerCore {
                 let bearing = bearing_of(&p_goal, &self.perception.belief.p_odom());
                 self.side.views.push(bearing);
                 let next = self.next_bearing(bearing, robot);
-                let again = 0.5 * self.config.scan.orbit_step.si();
-                if self.side.views.iter().any(|b| math::wrap_angle(next - b).abs() < again) {
+                if self.is_among(next, &self.side.views) {
                     self.side.way = self.way_round(robot);
                 }
                 Place::View(Some(next))

@@ -77,14 +77,6 @@ impl Walls {
         let met: Vec<Line> = self.met(&c.drive).collect();
         Row::about(tree, c.belief.canopy_radius.si(), &wires, &met)
     }
-
-    /// Direction away from the wall met last, in the base frame, while the base is nearer to its stop there than it should be.
-    pub fn away(&self, robot: &RobotState, c: &DriveConfig) -> Option<[f64; 2]> {
-        let stop = self.stops.last()?;
-        let [x, y, yaw] = robot.base_pose;
-        let is_near = (Vector2::new(x, y) - stop.p).norm() < c.wall_back.si();
-        is_near.then(|| turned([-stop.direction.x, -stop.direction.y], -yaw))
-    }
 }
 
 /// Way of the base to a goal as corners of straight legs, odom: straight where that is driven straight, else on the circle about the tree.
@@ -120,7 +112,7 @@ mod tests {
         robot
     }
 
-    /// A base that was held on its way around the tree leaves the row that it met, and finds no way past it; the other way around the tree is open.
+    /// A base that was held on its way around the tree finds no way past the row that it met; the other way around the tree is open.
     #[test]
     fn a_wall_bars_the_far_side() {
         let config = ExpertConfig::preset().shared;
@@ -138,9 +130,6 @@ mod tests {
         {
             assert_eq!(walls.bar(&south, &goal(x, y), &tree, &config), barred, "{x} {y}");
         }
-        let away = turned(walls.away(&held, c).expect("at the wall"), 0.5);
-        assert!(away[0].abs() < 1e-12 && (away[1] + 1.0).abs() < 1e-12, "{away:?}");
-        assert_eq!(walls.away(&robot(1.6, -0.4 - c.wall_back.si() - 1e-6), c), None);
     }
 
     /// A trellis that is seen bars the way to its other side, as far as its wires were seen and `wall_half` beyond; places on this side stay open.

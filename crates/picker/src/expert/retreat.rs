@@ -1,5 +1,6 @@
 //! Retreat: bring the empty hand out of the canopy, back along the approach.
 
+use crate::drive::StallWatch;
 use crate::expert::safe::Safe;
 use crate::expert::{Caution, ExpertPicker, Next, Phase};
 use crate::picker_core::{Attempt, STILL};
@@ -15,8 +16,9 @@ pub(crate) struct Retreat {
     stage: Stage,
     /// Time for which the base has drawn a caught arm out \[s\].
     drawn: f64,
-    /// True if the base may stand at a wall, which it leaves.
-    walled: bool,
+    /// Way that the base goes back as it came, until something holds it \[m\].
+    left: f64,
+    stall: StallWatch,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,23 +35,27 @@ enum Stage {
 
 impl Retreat {
     /// Starts the retreat after a failure in a state: back along the approach if the hand is among branches.
-    pub fn after_failure(state: State, attempt: Option<&Attempt>, robot: &RobotState) -> Self {
+    pub fn after_failure(state: State, attempt: Option<&Attempt>, way_back: f64, robot: &RobotState) -> Self {
         let stage = match (state, attempt) {
             (State::Grasp | State::Pull, Some(attempt)) => Stage::Opening(-attempt.plan.direction()),
             (State::Deposit, _) => Stage::Up,
             _ => Stage::Home,
         };
-        Self { since: robot.time, stage, drawn: 0.0, walled: state == State::Align }
+        Self::of(stage, if state == State::Align { way_back } else { 0.0 }, robot)
     }
 
     /// Starts the retreat from a contact while the robot looks around.
-    pub fn from_contact(robot: &RobotState) -> Self {
-        Self { since: robot.time, stage: Stage::Home, drawn: 0.0, walled: true }
+    pub fn from_contact(way_back: f64, robot: &RobotState) -> Self {
+        Self::of(Stage::Home, way_back, robot)
     }
 
     /// Starts the retreat from the bucket; the arm already moves to the carrying posture.
     pub fn from_bucket(robot: &RobotState) -> Self {
-        Self { since: robot.time, stage: Stage::Home, drawn: 0.0, walled: false }
+        Self::of(Stage::Home, 0.0, robot)
+    }
+
+    fn of(stage: Stage, left: f64, robot: &RobotState) -> Self {
+        Self { since: robot.time, stage, drawn: 0.0, left, stall: StallWatch::default() }
     }
 }
 
@@ -76,7 +82,7 @@ impl ExpertPicker {
                 retreat.stage = Stage::Home;
             }
             Stage::Home if self.has(Alarm::ArmLoaded) && !self.is_over_bucket(robot) => {
-                return match self.give_way(&mut retreat.drawn, robot) {
+                return match self.give_way(&mut retreat.drawn, &mut retreat.left, robot) {
                     Some(velocity) => Next::Stay(Phase::Retreat(retreat), velocity),
                     None => Next::Enter(Phase::Safe(Safe::at(robot))),
                 };
@@ -86,20 +92,27 @@ impl ExpertPicker {
                 if may_draw
                     && self.is_pressed()
                     && !self.is_over_bucket(robot)
-                    && let Some(velocity) = self.give_way(&mut retreat.drawn, robot)
+                    && let Some(velocity) = self.give_way(&mut retreat.drawn, &mut retreat.left, robot)
                 {
                     return Next::Stay(Phase::Retreat(retreat), velocity);
                 }
                 let carry = self.core.postures.carry();
-                if *self.core.motion.goal() != carry {
+                if self.is_stopped() && !self.is_over_bucket(robot) {
+                    // It does not press on what it cannot pass.
+                    self.core.yield_arm(robot);
+                } else if *self.core.motion.goal() != carry {
                     self.swing_among(carry, Caution::High);
                 }
-                let leave = if retreat.walled { self.leave_wall(robot) } else { None };
-                let near = (robot.q - carry).amax() <= self.config.swift.blend.si() && leave.is_none();
+                let back = self.go_back(&mut retreat.left, robot);
+                let (drive, patience) = (&self.core.config.drive, self.core.patience());
+                if retreat.stall.is_stalled(robot, &back.unwrap_or(STILL), drive, patience) {
+                    retreat.left = 0.0;
+                }
+                let near = (robot.q - carry).amax() <= self.config.swift.blend.si() && back.is_none();
                 if near || self.core.elapsed(robot) > self.core.config.timeout.transport.si() {
                     return self.next_target(robot);
                 }
-                return Next::Stay(Phase::Retreat(retreat), leave.unwrap_or(STILL));
+                return Next::Stay(Phase::Retreat(retreat), back.unwrap_or(STILL));
             }
         }
         Next::Stay(Phase::Retreat(retreat), STILL)
@@ -124,7 +137,7 @@ mod tests {
         picker.core.perception.blind = false;
         for force in [0.5, 1.5].map(|share| Vec3::x() * (share * picker.config.feel.touch_max.si())) {
             picker.force = force;
-            let mut retreat = Retreat::after_failure(State::Reach, None, &robot);
+            let mut retreat = Retreat::after_failure(State::Reach, None, 0.0, &robot);
             let (mut gave_way, steps) = (0, (2.0 * most / robot.dt) as usize);
             for _ in 0..steps {
                 robot.time += robot.dt;

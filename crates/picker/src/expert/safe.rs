@@ -89,22 +89,31 @@ impl ExpertPicker {
     }
 
     /// Lets the arm give way to what lies on it, while the base draws it out slowly: returns the base's velocity. `None` once it has done so for long, `drawn`
-    /// \[s\], or where it cannot see.
-    pub(crate) fn give_way(&mut self, drawn: &mut f64, robot: &RobotState) -> Option<[f64; 3]> {
+    /// \[s\], or where it cannot see. The base goes back as it came while there is way `left` to go \[m\], else straight.
+    pub(crate) fn give_way(
+        &mut self,
+        drawn: &mut f64,
+        left: &mut f64,
+        robot: &RobotState,
+    ) -> Option<[f64; 3]> {
         self.core.yield_arm(robot);
         *drawn += robot.dt;
         if *drawn > self.config.watch.draw.si() || self.is_blind(robot) {
             return None;
         }
-        let speed = self.config.leave.base_speed.si() * self.speed_share(Caution::High);
-        Some(self.leave_wall(robot).unwrap_or([-speed, 0.0, 0.0]))
+        let back = self.go_back(left, robot);
+        Some(back.unwrap_or([-self.draw_speed(), 0.0, 0.0]))
     }
 
-    /// Velocity of the base away from a wall that it stands at [m/s, m/s, rad/s], slowly; `None` elsewhere.
-    pub(crate) fn leave_wall(&self, robot: &RobotState) -> Option<[f64; 3]> {
-        let speed = self.config.leave.base_speed.si() * self.speed_share(Caution::High);
-        let [x, y] = self.core.walls.away(robot, &self.core.config.drive)?;
-        Some([x * speed, y * speed, 0.0])
+    /// Velocity of the base back as it came [m/s, m/s, rad/s], slowly; `None` once no way is `left` \[m\].
+    pub(crate) fn go_back(&mut self, left: &mut f64, robot: &RobotState) -> Option<[f64; 3]> {
+        let speed = self.draw_speed();
+        self.core.trail.back(robot, speed, left)
+    }
+
+    /// Speed at which the base draws the arm out of what it touches [m/s].
+    fn draw_speed(&self) -> f64 {
+        self.config.leave.base_speed.si() * self.speed_share(Caution::High)
     }
 
     pub(crate) fn safe(&mut self, mut safe: Safe, robot: &RobotState) -> Next {
