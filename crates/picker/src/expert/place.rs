@@ -73,7 +73,8 @@ impl ExpertPicker {
         if self.has(Alarm::ArmLoaded) {
             // It keeps the fruit, however long it lasts.
             self.core.restart_clock(robot);
-            let velocity = self.give_way(&mut deposit.held_up, &mut 0.0, robot).unwrap_or(STILL);
+            let may_draw = self.give_way(&mut deposit.held_up, robot);
+            let velocity = if may_draw { self.draw_straight() } else { STILL };
             return Next::Stay(Phase::Deposit(deposit), velocity);
         }
         if deposit.held_up > 0.0 {

@@ -82,19 +82,15 @@ impl ExpertPicker {
                 retreat.stage = Stage::Home;
             }
             Stage::Home if self.has(Alarm::ArmLoaded) && !self.is_over_bucket(robot) => {
-                return match self.give_way(&mut retreat.drawn, &mut retreat.left, robot) {
-                    Some(velocity) => Next::Stay(Phase::Retreat(retreat), velocity),
-                    None => Next::Enter(Phase::Safe(Safe::at(robot))),
-                };
+                if !self.give_way(&mut retreat.drawn, robot) {
+                    return Next::Enter(Phase::Safe(Safe::at(robot)));
+                }
+                return Next::Stay(Phase::Retreat(retreat), self.draw_out(robot));
             }
             Stage::Home => {
-                let may_draw = retreat.drawn <= self.config.watch.draw.si();
-                if may_draw
-                    && self.is_pressed()
-                    && !self.is_over_bucket(robot)
-                    && let Some(velocity) = self.give_way(&mut retreat.drawn, &mut retreat.left, robot)
-                {
-                    return Next::Stay(Phase::Retreat(retreat), velocity);
+                let may_draw = retreat.drawn <= self.config.watch.draw.si() && self.is_pressed();
+                if may_draw && !self.is_over_bucket(robot) && self.give_way(&mut retreat.drawn, robot) {
+                    return Next::Stay(Phase::Retreat(retreat), self.draw_out(robot));
                 }
                 let carry = self.core.postures.carry();
                 if self.is_stopped() && !self.is_over_bucket(robot) {
@@ -116,6 +112,12 @@ impl ExpertPicker {
             }
         }
         Next::Stay(Phase::Retreat(retreat), STILL)
+    }
+
+    /// Velocity at which the base draws out an arm that gives way: back as it came, or straight at the end of its trail [m/s, m/s, rad/s].
+    fn draw_out(&mut self, robot: &RobotState) -> [f64; 3] {
+        let mut left = f64::INFINITY;
+        self.go_back(&mut left, robot).unwrap_or_else(|| self.draw_straight())
     }
 }
 

@@ -88,24 +88,19 @@ impl ExpertPicker {
         self.is_unsighted() || self.has(Alarm::HandStuck) || self.has(Alarm::ArmLoaded)
     }
 
-    /// Lets the arm give way to what lies on it, while the base draws it out slowly: returns the base's velocity. `None` once it has done so for long, `drawn`
-    /// \[s\], or where it cannot see. The base goes back as it came while there is way `left` to go \[m\], else straight.
-    pub(crate) fn give_way(
-        &mut self,
-        drawn: &mut f64,
-        left: &mut f64,
-        robot: &RobotState,
-    ) -> Option<[f64; 3]> {
+    /// Lets the arm give way to what lies on it, while the base may draw it out slowly. False once it has done so for long, `drawn` \[s\], or where it cannot see.
+    pub(crate) fn give_way(&mut self, drawn: &mut f64, robot: &RobotState) -> bool {
         self.core.yield_arm(robot);
         *drawn += robot.dt;
-        if *drawn > self.config.watch.draw.si() || self.is_blind(robot) {
-            return None;
-        }
-        let back = self.go_back(left, robot);
-        Some(back.unwrap_or([-self.draw_speed(), 0.0, 0.0]))
+        *drawn <= self.config.watch.draw.si() && !self.is_blind(robot)
     }
 
-    /// Velocity of the base back as it came [m/s, m/s, rad/s], slowly; `None` once no way is `left` \[m\].
+    /// Velocity of the base straight back, slowly [m/s, m/s, rad/s].
+    pub(crate) fn draw_straight(&self) -> [f64; 3] {
+        [-self.draw_speed(), 0.0, 0.0]
+    }
+
+    /// Velocity of the base back as it came, slowly [m/s, m/s, rad/s]; `None` once no way is `left` \[m\], or at the end of its trail.
     pub(crate) fn go_back(&mut self, left: &mut f64, robot: &RobotState) -> Option<[f64; 3]> {
         let speed = self.draw_speed();
         self.core.trail.back(robot, speed, left)
