@@ -66,7 +66,8 @@ fn take_event(hash: &mut Sha256, event: &WorldEvent) {
         WorldEvent::BranchSnapped { segment, .. } => take("snapped", segment, &[]),
         WorldEvent::FingerContactBegan { .. }
         | WorldEvent::FingerContactEnded { .. }
-        | WorldEvent::SealLost { .. } => {}
+        | WorldEvent::SealLost { .. }
+        | WorldEvent::FruitTakenAway { .. } => {}
     }
 }
 

@@ -14,7 +14,7 @@ fn world(seed: u64) -> World {
     World::new(Arc::new(Spec::paper()), Arc::new(RobotModel::paper()), seed, 0).unwrap()
 }
 
-fn hold() -> Command {
+pub(crate) fn hold() -> Command {
     RobotModel::paper().start_command()
 }
 
@@ -22,13 +22,13 @@ fn point(world: &World, fruit: usize) -> usize {
     world.fruit().points[fruit].index()
 }
 
-fn motion(world: &World, fruit: usize) -> [Vec3; 3] {
+pub(crate) fn motion(world: &World, fruit: usize) -> [Vec3; 3] {
     let (data, point) = (world.data(), point(world, fruit));
     [data.point_p_world[point], data.point_v_world[point], data.point_w_world[point]]
 }
 
 /// Takes a fruit off its stem and puts it somewhere with some velocity.
-fn put(world: &mut World, fruit: usize, p_world: Vec3, v_world: Vec3, command: &Command) {
+pub(crate) fn put(world: &mut World, fruit: usize, p_world: Vec3, v_world: Vec3, command: &Command) {
     let point = point(world, fruit);
     while world.data().tethered[point] {
         world.data_mut().point_force_world[point] = Vec3::new(0.0, 0.0, 60.0);
@@ -42,7 +42,7 @@ fn put(world: &mut World, fruit: usize, p_world: Vec3, v_world: Vec3, command: &
 }
 
 /// A point of the bucket's interior in the world; coordinates from -1 to 1 over its half-extents.
-fn in_bucket(world: &World, at: [f64; 3]) -> Vec3 {
+pub(crate) fn in_bucket(world: &World, at: [f64; 3]) -> Vec3 {
     let bucket = world.handle().bucket;
     let p_base = bucket.p_base + Vec3::new(at[0], at[1], at[2]).component_mul(&bucket.half);
     transform(&world.handle().x_world_base(world.data()), &p_base)

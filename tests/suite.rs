@@ -1,5 +1,7 @@
 //! Suites over whole worlds, in one binary: a file or folder a subject.
 
+#[path = "bucket.rs"]
+mod bucket;
 #[path = "calibrated.rs"]
 mod calibrated;
 #[path = "camera.rs"]

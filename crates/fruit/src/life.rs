@@ -11,6 +11,7 @@
 //! | `Free`, `Asleep` | `InHand` | graspable | `Life::end_frame_off_stem` |
 //! | `Free` | `Asleep` | its island is still and nothing moves it | [`Island::support`], `Life::sleep` |
 //! | `Asleep` | `Free` | its support moves, or a moving body can reach it within the frame | [`WakeRule`], `Life::wake` |
+//! | `Asleep` in the bucket | `Asleep` away, for good | the bucket is exchanged | `Life::take_away` |
 //!
 //! | flag | set | cleared | function |
 //! |---|---|---|---|
@@ -41,6 +42,8 @@ pub enum Resting {
     Base(Vec3),
     /// The ground, at a point of the world \[m\].
     Ground(Vec3),
+    /// Nothing: taken off the field with the bucket, and kept at a point of the world \[m\].
+    Away(Vec3),
 }
 
 /// Solver that moves a fruit.
@@ -307,7 +310,7 @@ impl Life {
     pub fn is_calm(&self) -> bool {
         let is_quiet = match self.phase {
             Phase::Hanging => [self.pull_frames, self.tension_frames] == [0; 2],
-            Phase::Asleep(Resting::Ground(_)) => true,
+            Phase::Asleep(Resting::Ground(_) | Resting::Away(_)) => true,
             Phase::InHand | Phase::Free | Phase::Asleep(Resting::Base(_)) => false,
         };
         is_quiet && self.struck.is_none()
@@ -335,6 +338,7 @@ impl Life {
                     HandOver::ToEngine
                 })
             }
+            Phase::Asleep(Resting::Away(_)) => None,
             Phase::Free | Phase::Asleep(_) => touch.graspable.then(|| {
                 (self.phase, self.free_frames) = (Phase::InHand, 0);
                 HandOver::ToHand
@@ -347,9 +351,19 @@ impl Life {
         self.phase = Phase::Asleep(resting);
     }
 
-    /// Wakes a sleeping fruit; does nothing to an awake one.
+    /// Takes a fruit that has come to rest in the bucket off the field for good, and keeps it at a point of the world \[m\].
+    pub fn take_away(&mut self, p_world: Vec3) {
+        self.phase = Phase::Asleep(Resting::Away(p_world));
+    }
+
+    /// True once it was taken off the field.
+    pub fn is_away(&self) -> bool {
+        matches!(self.phase, Phase::Asleep(Resting::Away(_)))
+    }
+
+    /// Wakes a sleeping fruit on the field; does nothing to another one.
     pub fn wake(&mut self) {
-        if matches!(self.phase, Phase::Asleep(_)) {
+        if matches!(self.phase, Phase::Asleep(_)) && !self.is_away() {
             self.phase = Phase::Free;
             self.quiet_frames = 0;
         }
@@ -384,6 +398,9 @@ impl Life {
         v_support_world: &Vec3,
         events: &mut Vec<LooseEvent>,
     ) {
+        if self.is_away() {
+            return;
+        }
         if touch.finger {
             self.begin_fall(p_world);
         }

@@ -110,7 +110,16 @@ impl FruitLives {
         self.lives[fruit].sleep(resting);
     }
 
-    /// Wakes a sleeping fruit.
+    /// Takes a fruit that has come to rest in the bucket off the field for good, and keeps it at a point of the world \[m\].
+    pub fn take_away(&mut self, set: &FruitSet, data: &mut Data, fruit: usize, p_world: Vec3) {
+        self.lives[fruit].take_away(p_world);
+        let point = set.points[fruit].index();
+        data.point_p_world[point] = p_world;
+        data.point_v_world[point] = Vec3::zeros();
+        data.point_w_world[point] = Vec3::zeros();
+    }
+
+    /// Wakes a sleeping fruit on the field.
     pub fn wake(&mut self, fruit: usize) {
         self.lives[fruit].wake();
     }
@@ -147,7 +156,7 @@ impl FruitLives {
                             let p_world = transform(x_world_base, &p_base);
                             (p_world, base_velocity(&p_world))
                         }
-                        Resting::Ground(p_world) => (p_world, Vec3::zeros()),
+                        Resting::Ground(p_world) | Resting::Away(p_world) => (p_world, Vec3::zeros()),
                     };
                 }
             }

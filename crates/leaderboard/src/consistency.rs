@@ -53,7 +53,7 @@ pub fn contradiction(record: &EpisodeRecord, frame: f64) -> Option<String> {
         }
         deposits_have_causes(record)?;
         let moments = record.fruit_knocked_off.iter().chain(&record.fruit_dropped).chain(&record.seals_lost);
-        let moments = moments.map(|e| (e.frame, e.time));
+        let moments = moments.chain(&record.fruit_taken_away).map(|e| (e.frame, e.time));
         let detached = record.fruit_detached.iter().map(|e| (e.frame, e.time));
         let deposits = record.fruit_deposited.iter().map(|e| (e.frame, e.time));
         let snaps = record.branches_snapped.iter().map(|e| (e.frame, e.time));

@@ -5,9 +5,9 @@ use crate::wires::WiresConfig;
 use orchard_quantity::{ConfigError, Count, Quantity, Span, from_table, overlay, parse, with_base};
 use orchard_robot::RobotModel;
 
-/// The config of controller `baseline` as TOML text.
+/// The config of controller `baseline`.
 pub const BASELINE_TOML: &str = include_str!("../configs/baseline/picker.toml");
-/// The config of controller `paper` as TOML text; its base is `baseline`.
+/// The config of controller `paper`; its base is `baseline`.
 pub(crate) const PAPER_TOML: &str = include_str!("../configs/paper/picker.toml");
 
 section! {
@@ -152,7 +152,7 @@ section! {
         orbit_share: Quantity,
         /// Largest difference of bearing that is driven straight.
         orbit_angle: Quantity,
-        /// Least distance between the base's centre and the tree's.
+        /// Least distance between base and tree, centre to centre.
         trunk_clearance: Quantity,
         /// Commanded speed above which the base must move.
         stall_command: Quantity,
@@ -164,8 +164,10 @@ section! {
         wall_ahead: Quantity,
         /// Distance by which the base leaves it.
         wall_back: Quantity,
-        /// Distance of the base's centre from a row, beside it and past its end, on the way to its other side once nothing is left on this one. 0: it stays.
+        /// Distance of the base from a row, beside it and past its end, on the way to its other side once nothing is left on this one. 0: it stays.
         row_clearance: Quantity,
+        /// Distance from the tree beyond which it turns back on that way.
+        row_far: Quantity,
         /// Number of attempts in a row whose failure means that nothing is left on this side.
         row_failures: Count,
     }
@@ -491,8 +493,8 @@ mod tests {
     fn unknown_names_list_all() {
         let configs = "no picker config 'lemon'; the configs are: baseline, paper";
         assert_eq!(PickerConfig::named("lemon").unwrap_err(), configs);
-        let e = PickerConfig::from_toml("x.toml", "base = \"lemon\"").unwrap_err().to_string();
-        assert_eq!(e, format!("x.toml: base: {configs}"));
+        let e = PickerConfig::from_toml("x.toml", "base = \"lemon\"").unwrap_err();
+        assert_eq!(e.to_string(), format!("x.toml: base: {configs}"));
         let e = PickerConfig::from_toml("x.toml", "base = \"paper\"\n[pul]\nx = 3").unwrap_err().to_string();
         assert!(e.starts_with("x.toml: pul: unknown field `pul`"), "{e}");
     }

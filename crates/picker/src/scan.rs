@@ -140,7 +140,8 @@ impl PickerCore {
         others.iter().any(|b| math::wrap_angle(bearing - b).abs() < again)
     }
 
-    /// Drives on along a way round the end of a row; at its end, views of the tree begin. If something holds the base, it turns back. Returns the base's velocity
+    /// Drives on along a way round the end of a row; at its end, views of the tree begin. If something holds the base, or the row
+    /// leads too far, it turns back. Returns the base's velocity
     /// [m/s, m/s, rad/s].
     fn go_round(&mut self, mut round: Round, scan: &mut Scan, robot: &RobotState) -> [f64; 3] {
         let (tree, c) = (self.perception.belief.p_odom(), &self.config);
@@ -158,7 +159,9 @@ impl PickerCore {
         }
         let tolerance = Tolerance::new(tolerance, &c.scan.angle_tolerance);
         let (velocity, _) = self.mobility.towards(robot, &corner, None, &c.drive, tolerance);
-        if scan.stall.is_stalled(robot, &velocity, &c.drive, self.patience()) {
+        let off_tree = (robot.p_odom() - tree).xy().norm();
+        let strays = off_tree > c.drive.row_far.si() && round.back().is_some();
+        if strays || scan.stall.is_stalled(robot, &velocity, &c.drive, self.patience()) {
             self.turn_back(robot);
             *scan = Scan::at_start();
         }
@@ -294,6 +297,19 @@ mod tests {
             }
             assert!((pose[0] - x_row - clearance).abs() < 0.15 && pose[1].abs() < 0.15, "{robot} {pose:?}");
             assert_eq!(core.side, Side::at(Vec3::new(pose[0], pose[1], 0.0).xy()));
+        }
+    }
+
+    /// A base whose row leads too far turns back, though nothing holds it.
+    #[test]
+    fn a_base_does_not_stray() {
+        let mut core = core("ridgeback-fr3", true);
+        let (near, mut scan) = ([0.5, 1.0, 0.0], Scan::here());
+        assert!(core.leave_in_vain(&at(0.0, near, STILL)));
+        let far = [0.5, core.config.drive.row_far.si(), 0.0];
+        for (pose, turns) in [(near, false), (far, true)] {
+            core.look_around(&mut scan, &at(DT, pose, [0.5, 0.0, 0.0]));
+            assert_eq!(core.side.way.map(|way| way.back().is_none()), Some(turns));
         }
     }
 

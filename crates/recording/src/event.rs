@@ -62,6 +62,7 @@ impl EventMessage {
             },
             WorldEvent::FruitDropped { fruit, .. } => of("fruit_dropped", Some(fruit), None),
             WorldEvent::SealLost { fruit, .. } => of("seal_lost", Some(fruit), None),
+            WorldEvent::FruitTakenAway { fruit, .. } => of("fruit_taken_away", Some(fruit), None),
             WorldEvent::BranchSnapped { segment, .. } => of("branch_snapped", None, Some(segment)),
             WorldEvent::FruitImpact { .. } => return None,
         })
@@ -79,6 +80,9 @@ pub fn world_line(log_time: u64, event: &WorldEvent) -> Option<Log> {
         }
         WorldEvent::FruitDeposited { fruit, .. } => {
             (Level::Info, format!("fruit {fruit} rests in the bucket"))
+        }
+        WorldEvent::FruitTakenAway { fruit, .. } => {
+            (Level::Info, format!("fruit {fruit} is taken away with the bucket"))
         }
         WorldEvent::FruitDropped { fruit, .. } => {
             (Level::Warning, format!("fruit {fruit} has touched the ground"))

@@ -67,6 +67,12 @@ impl Bucket {
         let d = (p_base - self.p_base).abs();
         (0..3).all(|k| d[k] <= self.half[k])
     }
+
+    /// True if a point of the base frame lies in the bucket, or above or below it.
+    pub fn covers(&self, p_base: &Vec3) -> bool {
+        let d = (p_base - self.p_base).abs();
+        (0..2).all(|k| d[k] <= self.half[k])
+    }
 }
 
 /// Bodies, colliders and frames of a robot in a world's model. The joint of a body is at `model.qs(body)` in q and at `model.dofs(body)` in

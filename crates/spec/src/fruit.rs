@@ -82,6 +82,9 @@ pub struct FruitSpec {
     pub min_order: Count,
     /// Least distance between the centres of two hanging fruit over the sum of their radii.
     pub spacing: Quantity,
+    /// Number of fruit at rest in the bucket at which a helper exchanges it for an empty one, once the hand is not over it; without it nobody does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bucket_exchange: Option<Count>,
     /// Clusters; without it every spur bears one fruit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cluster: Option<ClusterSpec>,

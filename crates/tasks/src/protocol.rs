@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::component::rules::ComponentRules;
 use crate::detect::rules::DetectRules;
-use crate::harvest::matrix::{MatrixRules, SweepRules};
+use crate::harvest::matrix::{ExhaustionRules, MatrixRules, SweepRules};
 use crate::harvest::metrics;
 use crate::seeds::{OfficialSet, SeedSetLabel, SeedSetName, official_seed};
 use crate::verify::rules::VerifyRules;
@@ -91,17 +91,6 @@ pub struct Profile {
     pub horizon: Quantity,
     /// Names of the conditions and sweeps that are run.
     pub conditions: Vec<String>,
-}
-
-/// The condition `exhaustion`, the nominal one until nothing reachable is left, and its like for other conditions.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ExhaustionRules {
-    /// Longest episode.
-    pub horizon: Quantity,
-    /// Single conditions that have one as well, named `exhaustion-CONDITION`.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub of: Vec<String>,
 }
 
 /// Thresholds by which an episode is judged.
@@ -287,7 +276,7 @@ impl Protocol {
 
     /// The conditions of the matrix.
     pub fn matrix_rules(&self) -> MatrixRules<'_> {
-        MatrixRules { sweeps: &self.sweeps, groups: &self.conditions, exhausted: &self.exhaustion.of }
+        MatrixRules { sweeps: &self.sweeps, groups: &self.conditions, exhaustion: &self.exhaustion }
     }
 
     /// Foliage densities: those of the sweep, and of the detection task.

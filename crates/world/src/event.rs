@@ -86,6 +86,13 @@ pub enum WorldEvent {
         /// Frame: the first without the seal.
         frame: u32,
     },
+    /// A fruit that lay in the bucket left the field with it: a helper exchanged the bucket for an empty one.
+    FruitTakenAway {
+        /// Fruit index.
+        fruit: usize,
+        /// Frame.
+        frame: u32,
+    },
 }
 
 impl WorldEvent {

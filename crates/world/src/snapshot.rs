@@ -151,6 +151,7 @@ impl World {
             | WorldEvent::FruitDropped { fruit: i, .. }
             | WorldEvent::FingerContactBegan { fruit: i, .. }
             | WorldEvent::SealLost { fruit: i, .. }
+            | WorldEvent::FruitTakenAway { fruit: i, .. }
             | WorldEvent::FingerContactEnded { fruit: i, .. } => i < fruit,
             WorldEvent::FruitImpact { fruit: i, partner, .. } => {
                 i < fruit && !matches!(partner, Partner::Fruit(k) if k >= fruit)

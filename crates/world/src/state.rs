@@ -1,5 +1,6 @@
 //! The changing part of a world, and the step of a frame.
 
+mod exchange;
 mod loose;
 
 use crate::build::Parts;
@@ -244,6 +245,7 @@ impl State {
         );
         self.fruit.hand_over(&parts.fruit, &mut self.data, &spec.fruit, &self.touched);
         self.end_loose(spec, parts, rest, &x_world_base);
+        self.exchange_bucket(spec, parts, &x_world_base);
         self.events.extend(events.into_iter().map(|event| WorldEvent::of_fruit(event, frame)));
     }
 

@@ -1,6 +1,7 @@
 //! Deposit: bring the fruit out of the canopy and above the bucket, lower it onto the floor or the pile, and let go.
 
 use crate::expert::retreat::Retreat;
+use crate::expert::slots::Slot;
 use crate::expert::{ExpertPicker, Next, Phase};
 use crate::motion::WayPoint;
 use crate::picker_core::STILL;
@@ -67,7 +68,7 @@ impl ExpertPicker {
             }
             return Next::Fail(FailureReason::Slipped);
         }
-        let Some([above, low]) = self.slots.next() else {
+        let Some(Slot { above, low, unsure }) = self.slots.next() else {
             return Next::Fail(FailureReason::MissedBucket);
         };
         if self.has(Alarm::ArmLoaded) {
@@ -96,7 +97,7 @@ impl ExpertPicker {
             if landed || self.core.motion.is_over() {
                 return self.let_go(deposit, velocity, robot);
             }
-            self.slow_down(deposit.way_down);
+            self.slow_down(deposit.way_down, unsure);
         }
         if self.core.arm_stalled() {
             return Next::Fail(FailureReason::Blocked);
@@ -129,11 +130,11 @@ impl ExpertPicker {
         way
     }
 
-    /// Limits the speed of the way down so that the hand is as slow as it lands once the fruit may touch something.
-    fn slow_down(&mut self, way_down: f64) {
+    /// Limits the speed of the way down so that the hand is as slow as it lands once the fruit may touch something, `unsure` \[m\] earlier than at a place on known layers.
+    fn slow_down(&mut self, way_down: f64, unsure: f64) {
         let c = &self.config.place;
         let travelled = self.core.motion.travelled().unwrap_or(way_down);
-        let before = (way_down - c.near.si() - travelled).max(0.0);
+        let before = (way_down - c.near.si() - unsure - travelled).max(0.0);
         let (landing, braking) = (c.speed.si(), 2.0 * self.config.leave.acceleration.si() * before);
         let speed = (landing * landing + braking).sqrt().min(c.brisk.si().max(landing));
         self.core.motion.set_line_speed(speed);
@@ -152,7 +153,9 @@ impl ExpertPicker {
             self.core.blacklist.free_around(&attempt.target.p, self.config.homing.freed.si());
         }
         self.leave_bucket(robot);
-        self.slots.fill();
+        let height = |q: &JointVector| self.core.arm.tcp(q).translation.vector.z;
+        let above_low = self.slots.next().map_or(0.0, |slot| height(&robot.q) - height(&slot.low));
+        self.slots.fill(above_low);
         Next::Enter(Phase::Retreat(Retreat::from_bucket(robot)))
     }
 
@@ -164,7 +167,7 @@ impl ExpertPicker {
     /// Starts the arm to the carrying posture, over the bucket's rim first if the hand is over the bucket.
     pub(crate) fn leave_bucket(&mut self, robot: &RobotState) {
         let in_bucket = self.is_over_bucket(robot);
-        let over = self.slots.next().map(|[above, _]| above).filter(|_| in_bucket);
+        let over = self.slots.next().map(|slot| slot.above).filter(|_| in_bucket);
         let up = over.map(|q| WayPoint { q, blend: self.config.place.blend.si() });
         let carry = self.core.postures.carry();
         self.swing_through(up.into_iter().chain([WayPoint { q: carry, blend: 0.0 }]));
@@ -201,7 +204,7 @@ mod tests {
     fn fingers_open_little_in_the_bucket() {
         let model = RobotModel::paper();
         let mut picker = ExpertPicker::new(&model, DetectorConfig::paper(), ExpertConfig::preset());
-        let [_, low] = picker.slots.next().expect("within reach");
+        let low = picker.slots.next().expect("within reach").low;
         let in_bucket = RobotState { q: low, width: 0.06, ..RobotState::still(1.0) };
         let _ = picker.let_go(Deposit::leaving(&in_bucket, 0.0), STILL, &in_bucket);
         let (opening, force) = (picker.config.place.opening.si(), picker.config.place.force.si());

@@ -5,45 +5,64 @@ use crate::postures::{ACROSS, hand_down};
 use orchard_geometry::Vec3;
 use orchard_robot::{ArmKinematics, Bucket, JointVector};
 
-/// Postures above each place and lowered to it, layer upon layer, and the number of filled places.
+/// A place, by the postures above it and at the height at which a fruit is let go there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Slot {
+    pub above: JointVector,
+    pub low: JointVector,
+    /// Length of the end of the way down on which the fruit may land on others, beyond that at any place \[m\].
+    pub unsure: f64,
+}
+
+/// Places in layers, and the number of fruit in the bucket, as far as the hand knows.
+///
+/// Once all places are filled, further fruit are laid on top, in turn; the hand then goes down until it lands, for somebody may have emptied the bucket.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Slots {
     bucket: Bucket,
-    postures: Vec<[JointVector; 2]>,
+    places: Vec<Slot>,
+    on_top: Vec<Slot>,
     filled: usize,
+    /// Height of a layer \[m\].
+    layer: f64,
 }
 
 impl Slots {
     pub fn new(arm: &ArmKinematics, bucket: &Bucket, carry: &JointVector, c: &PlaceConfig) -> Self {
-        let mut postures = Vec::new();
-        for layer in 0..c.layers.get() {
-            let release = c.release.si() + f64::from(layer) * c.layer.si();
-            let heights = [c.above.si().max(release), release];
-            for x in &c.along {
-                for y in &c.across {
-                    let place = bucket.p_base + Vec3::new(x.si(), y.si(), 0.0);
-                    postures.extend(hand_down(arm, &place, heights, &ACROSS, carry));
-                }
-            }
-        }
-        Self { bucket: *bucket, postures, filled: 0 }
+        let height = |layer: u32| c.release.si() + f64::from(layer) * c.layer.si();
+        let of_layer = |above: f64, release: f64, unsure: f64| {
+            let across = |x: f64| c.across.iter().map(move |y| Vec3::new(x, y.si(), 0.0));
+            let offs = c.along.iter().flat_map(move |x| across(x.si()));
+            offs.filter_map(move |off| {
+                let postures =
+                    hand_down(arm, &(bucket.p_base + off), [above.max(release), release], &ACROSS, carry);
+                postures.map(|[above, low]| Slot { above, low, unsure })
+            })
+        };
+        let layers = c.layers.get();
+        let places = (0..layers).flat_map(|layer| of_layer(c.above.si(), height(layer), 0.0)).collect();
+        let on_top =
+            of_layer(c.above.si().max(height(layers)), height(0), height(layers) - height(0)).collect();
+        Self { bucket: *bucket, places, on_top, filled: 0, layer: c.layer.si() }
     }
 
     /// True if a point of the base frame lies above or in the bucket.
     pub fn covers(&self, p_base: &Vec3) -> bool {
-        let off = (p_base - self.bucket.p_base).abs();
-        off.x < self.bucket.half.x && off.y < self.bucket.half.y
+        self.bucket.covers(p_base)
     }
 
-    /// Returns the postures above the next free place and lowered to it; once all are filled, the last one again. `None` if the arm reaches
-    /// no place.
-    pub fn next(&self) -> Option<[JointVector; 2]> {
-        self.postures.get(self.filled).or(self.postures.last()).copied()
+    /// Returns the next free place, or one on top of a full bucket. `None` if the arm reaches no place.
+    pub fn next(&self) -> Option<Slot> {
+        let over = self.filled.saturating_sub(self.places.len());
+        let on_top = || self.on_top.get(over % self.on_top.len().max(1));
+        self.places.get(self.filled).or_else(on_top).copied()
     }
 
-    /// Counts a place as filled.
-    pub fn fill(&mut self) {
-        self.filled += 1;
+    /// Counts a fruit that was let go `height` \[m\] above the lowest posture at its place. One laid on top of a full bucket that came down to its floor tells that
+    /// the bucket was empty.
+    pub fn fill(&mut self, height: f64) {
+        let was_emptied = self.filled >= self.places.len() && height < self.layer;
+        self.filled = if was_emptied { 1 } else { self.filled + 1 };
     }
 }
 
@@ -63,8 +82,8 @@ mod tests {
         let carry = Postures::new(arm, &bucket, &config.shared).carry();
         let mut slots = Slots::new(arm, &bucket, &carry, c);
         let in_layer = c.along.len() * c.across.len();
-        assert_eq!(slots.postures.len(), in_layer * c.layers.get() as usize);
-        let x_low: Vec<_> = slots.postures.iter().map(|[_, low]| arm.tcp(low)).collect();
+        assert_eq!(slots.places.len(), in_layer * c.layers.get() as usize);
+        let x_low: Vec<_> = slots.places.iter().map(|slot| arm.tcp(&slot.low)).collect();
         for (i, x) in x_low.iter().enumerate() {
             let p = x.translation.vector;
             let height = c.release.si() + c.layer.si() * (i / in_layer) as f64;
@@ -76,11 +95,35 @@ mod tests {
             let layer = &x_low[i - i % in_layer..i];
             assert!(layer.iter().all(|other| (other.translation.vector - p).norm() > 0.065));
         }
-        // Full: the last place is used again.
-        let last = slots.postures.last().copied();
-        for _ in 0..100 {
-            slots.fill();
+        for place in 0..slots.places.len() {
+            assert_eq!(slots.next(), Some(slots.places[place]));
+            slots.fill(0.0);
         }
-        assert_eq!(slots.next(), last);
+    }
+
+    /// On a full bucket fruit are laid in turn, with a way down to the floor; a hand that comes down to it knows that the bucket was emptied.
+    #[test]
+    fn an_emptied_bucket_is_felt() {
+        let (robot, config) = (RobotModel::paper(), ExpertConfig::preset());
+        let (arm, bucket, c) = (robot.kinematics(), robot.bucket(), &config.place);
+        let carry = Postures::new(arm, &bucket, &config.shared).carry();
+        let mut slots = Slots::new(arm, &bucket, &carry, c);
+        let (in_layer, layers) = (c.along.len() * c.across.len(), c.layers.get() as usize);
+        (0..in_layer * layers).for_each(|_| slots.fill(0.0));
+        let on_top: Vec<Slot> = (0..in_layer)
+            .map(|_| {
+                let slot = slots.next().expect("within reach");
+                slots.fill(c.layer.si() * layers as f64);
+                slot
+            })
+            .collect();
+        for (i, slot) in on_top.iter().enumerate() {
+            let depth = arm.tcp(&slot.low).translation.vector.z - c.release.si();
+            assert!(depth.abs() < 1e-3 && (slot.unsure - c.layer.si() * layers as f64).abs() < 1e-12);
+            assert!(!on_top[..i].contains(slot), "{i}");
+        }
+        assert_eq!(slots.next(), Some(on_top[0]), "in turn");
+        slots.fill(0.5 * c.layer.si());
+        assert_eq!(slots.next(), Some(slots.places[1]), "the fruit lies on the floor");
     }
 }

@@ -64,6 +64,8 @@ pub struct History {
     pub dropped: Vec<FruitMoment>,
     /// Fruit that the suction cup lost its seal on with the valve open.
     pub seals_lost: Vec<FruitMoment>,
+    /// Fruit that left the field with an exchanged bucket.
+    pub taken_away: Vec<FruitMoment>,
     /// Intervals in which a detached fruit was held.
     pub held: Vec<HeldFruit>,
     /// Ruptures of wood.

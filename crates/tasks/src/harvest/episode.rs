@@ -334,6 +334,9 @@ pub struct EpisodeRecord {
     /// Fruit that the suction cup lost its seal on with the valve open; left out where there is none, as without a cup.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub seals_lost: Vec<FruitMoment>,
+    /// Fruit that left the field with an exchanged bucket; left out where there is none, as under rules without an exchange.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub fruit_taken_away: Vec<FruitMoment>,
     /// Counts of the detector against truth.
     pub detection: DetectionTally,
     /// Largest stem force of the episode \[N\]; null if it was not finite.

@@ -19,7 +19,7 @@ use crate::harvest::interface::{
 };
 use crate::harvest::observe::{FrameInput, NoObserver, Observer};
 use crate::harvest::reason::ABANDONED;
-use crate::json::{array, finite};
+use crate::json::{array, finite, larger};
 use crate::matching::{Ball, match_detections};
 use crate::protocol::Protocol;
 use crate::stall::StallWatch;
@@ -138,6 +138,7 @@ pub fn never_started(key: EpisodeKey, reason: String) -> EpisodeRecord {
         fruit_deposited: Vec::new(),
         fruit_dropped: Vec::new(),
         seals_lost: Vec::new(),
+        fruit_taken_away: Vec::new(),
         detection: DetectionTally::default(),
         max_stem_pull_n: None,
         gave_up: None,
@@ -415,6 +416,7 @@ impl EpisodeLog {
                 }
                 WorldEvent::FruitDropped { fruit, .. } => self.history.dropped.push(of(fruit)),
                 WorldEvent::SealLost { fruit, .. } => self.history.seals_lost.push(of(fruit)),
+                WorldEvent::FruitTakenAway { fruit, .. } => self.history.taken_away.push(of(fruit)),
                 WorldEvent::BranchSnapped { segment, .. } => {
                     let segment = segment as u32;
                     let at_union = world.breaks_at_union(segment);
@@ -481,6 +483,7 @@ impl EpisodeLog {
             fruit_deposited: self.deposits,
             fruit_dropped: self.history.dropped,
             seals_lost: self.history.seals_lost,
+            fruit_taken_away: self.history.taken_away,
             detection: self.detection,
             max_stem_pull_n: finite(self.max_stem_pull),
             gave_up: self.gave_up,
@@ -488,11 +491,6 @@ impl EpisodeLog {
             commands_sha256: None,
         }
     }
-}
-
-/// The larger force; NaN if either is (`max` would drop it), so that it is written as null.
-fn larger(old: f64, new: f64) -> f64 {
-    if new > old || new.is_nan() { new } else { old }
 }
 
 fn ball(fruit: &FruitTruth) -> Ball {

@@ -62,6 +62,20 @@ impl SweepRules {
     }
 }
 
+/// The condition `exhaustion`, the nominal one until nothing reachable is left, and its like for other conditions.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ExhaustionRules {
+    /// Longest episode.
+    pub horizon: Quantity,
+    /// What all of them change, beside what their condition changes.
+    #[serde(default, skip_serializing_if = "Changes::is_empty")]
+    pub with: Changes,
+    /// Single conditions that have one as well, named `exhaustion-CONDITION`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub of: Vec<String>,
+}
+
 /// Name of the condition of a sweep with its dial at a value.
 fn at(sweep: &str, value: f64) -> String {
     format!("{sweep}-{value}")
@@ -74,8 +88,8 @@ pub struct MatrixRules<'a> {
     pub sweeps: &'a BTreeMap<String, SweepRules>,
     /// Groups of conditions by name, and in them what each condition changes.
     pub groups: &'a BTreeMap<String, BTreeMap<String, Changes>>,
-    /// Single conditions that also run until no reachable fruit is left.
-    pub exhausted: &'a [String],
+    /// Conditions that run until no reachable fruit is left.
+    pub exhaustion: &'a ExhaustionRules,
 }
 
 impl<'a> MatrixRules<'a> {
@@ -105,7 +119,7 @@ impl<'a> MatrixRules<'a> {
                 return Some((format!("sweeps.{name}.reference"), problem));
             }
         }
-        if let Some(name) = self.exhausted.iter().find(|name| self.single(name).is_none()) {
+        if let Some(name) = self.exhaustion.of.iter().find(|name| self.single(name).is_none()) {
             return Some(("exhaustion.of".to_owned(), format!("{name} is no single condition")));
         }
         // A name stands in names of files.
@@ -129,8 +143,8 @@ impl<'a> MatrixRules<'a> {
         names.extend(self.singles().map(|(name, _)| name.clone()));
         names.extend(self.sweeps.iter().flat_map(of));
         names.push(EXHAUSTION.to_owned());
-        names.extend(self.exhausted.iter().map(|name| exhaustion_of(name)));
-        names.extend((!self.exhausted.is_empty()).then(|| EXHAUSTIONS.to_owned()));
+        names.extend(self.exhaustion.of.iter().map(|name| exhaustion_of(name)));
+        names.extend((!self.exhaustion.of.is_empty()).then(|| EXHAUSTIONS.to_owned()));
         names
     }
 
@@ -303,14 +317,15 @@ impl Matrix {
             let reference = sweep.reference().to_owned();
             sweeps.push(MatrixSweep { name: name.clone(), unit, reference, points });
         }
-        conditions.push(condition(EXHAUSTION, Vec::new()));
+        let with = Some(&rules.exhaustion.with).filter(|with| !with.is_empty()).cloned();
+        conditions.push(condition(EXHAUSTION, with.iter().cloned().collect()));
         let groups = rules.groups.iter().map(|(name, of)| (name.clone(), of.keys().cloned().collect()));
         let mut groups: Vec<(String, Vec<String>)> = groups.collect();
         let to_the_end = |name: &String| {
-            let changes = rules.single(name).into_iter().cloned().collect();
+            let changes = rules.single(name).cloned().into_iter().chain(with.clone()).collect();
             condition(&exhaustion_of(name), changes)
         };
-        let exhaustions: Vec<MatrixCondition> = rules.exhausted.iter().map(to_the_end).collect();
+        let exhaustions: Vec<MatrixCondition> = rules.exhaustion.of.iter().map(to_the_end).collect();
         if !exhaustions.is_empty() {
             groups.push((EXHAUSTIONS.to_owned(), exhaustions.iter().map(|c| c.name.clone()).collect()));
         }

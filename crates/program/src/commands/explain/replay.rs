@@ -109,6 +109,7 @@ pub fn difference(record: &EpisodeRecord, again: &EpisodeRecord) -> Option<Strin
         .or_else(|| first("fruit deposited", record.fruit_deposited != again.fruit_deposited))
         .or_else(|| first("fruit dropped", record.fruit_dropped != again.fruit_dropped))
         .or_else(|| first("seals lost", record.seals_lost != again.seals_lost))
+        .or_else(|| first("fruit taken away", record.fruit_taken_away != again.fruit_taken_away))
         .or_else(|| first("contact attempts", record.contact_attempts != again.contact_attempts))
         .or_else(|| {
             let pairs = record.attempts.iter().zip(&again.attempts);

@@ -180,6 +180,9 @@ fn lines(record: &EpisodeRecord, attempt: &AttemptRecord, causes: &[Cause]) -> V
     for event in record.fruit_dropped.iter().filter(|e| within(e.frame)) {
         lines.push((event.time, format!("fruit {} reaches the ground", event.fruit)));
     }
+    for event in record.fruit_taken_away.iter().filter(|e| within(e.frame)) {
+        lines.push((event.time, format!("fruit {} leaves the field with the bucket", event.fruit)));
+    }
     for event in record.fruit_deposited.iter().filter(|e| within(e.frame)) {
         let figure =
             |value: Option<f64>, unit: &str| value.map_or_else(String::new, |x| format!(", {x:.3} {unit}"));
