@@ -39,7 +39,7 @@ fn a_full_bucket_is_exchanged() {
     for (mut world, is_ruled) in [(ruled, true), (free, false)] {
         let taken =
             |expected: std::ops::Range<usize>| -> Vec<usize> { expected.filter(|_| is_ruled).collect() };
-        assert_eq!(add(&mut world, 0..FULL - 1), []);
+        assert_eq!(add(&mut world, 0..FULL - 1), Vec::<usize>::new());
         assert_eq!(add(&mut world, FULL - 1..FULL), taken(0..FULL));
         let far = motion(&world, 0);
         assert_eq!(add(&mut world, FULL..2 * FULL), taken(FULL..2 * FULL));

@@ -449,11 +449,9 @@ pub(crate) fn tuned<T>(config: &T, robot: &RobotModel, table: &str) -> Result<T,
 where
     T: Clone + serde::Serialize + serde::de::DeserializeOwned,
 {
-    let error = |problem: String| ConfigError {
-        file: format!("robot `{}`", robot.articulation().name),
-        field: format!("tuning.{table}"),
-        problem,
-    };
+    let file = format!("robot `{}`", robot.articulation().name);
+    let error =
+        |problem: String| ConfigError { file: file.clone(), field: format!("tuning.{table}"), problem };
     let above = match robot.config().tuning.get(table) {
         None => return Ok(config.clone()),
         Some(toml::Value::Table(above)) => above.clone(),
@@ -461,7 +459,7 @@ where
     };
     let mut below = toml::Table::try_from(config).map_err(|e| error(e.to_string()))?;
     overlay(&mut below, above, &[]);
-    from_table(&format!("robot `{}`: tuning.{table}", robot.articulation().name), below)
+    from_table(&format!("{file}: tuning.{table}"), below)
 }
 
 /// TOML text of a config by the name of its controller.

@@ -88,7 +88,7 @@ fn names_are_checked_without_worlds() {
     );
 }
 
-/// In the field the populations, too, have conditions that run to exhaustion: their worlds, and the time of exhaustion.
+/// In the field the populations, too, have conditions that run to exhaustion: their worlds, but for the exchange of the bucket, and the time of exhaustion.
 #[test]
 fn populations_run_to_exhaustion() {
     let harvest = Harvest::new(scenario().on_protocol("field")).unwrap();
@@ -107,8 +107,10 @@ fn populations_run_to_exhaustion() {
     for condition in &plan.conditions {
         let name = condition.name.as_str();
         assert_eq!(condition.params.horizon_s, if name == "nominal" { 75.0 } else { horizon }, "{name}");
+        let mut spec = (**harvest.scenario_of(name).unwrap().spec()).clone();
+        assert_eq!(spec.fruit.bucket_exchange.take().is_some(), is_exhaustion(name), "{name}");
         if let Some(own) = name.strip_prefix("exhaustion-") {
-            assert_eq!(harvest.scenario_of(name).unwrap().spec(), field(own).spec());
+            assert!(spec == **field(own).spec(), "{name}");
             assert!(is_exhaustion(name) && !is_exhaustion(own));
         }
     }
