@@ -337,3 +337,20 @@ fn bad_input_is_told_before_anything_is_computed() {
         assert!(!folder.path().join("out").exists(), "{args:?}");
     }
 }
+
+/// A world that stopped before the moment to be drawn is told, with the moment and the reason; nothing is drawn.
+#[test]
+fn a_world_that_stands_still_is_not_drawn() {
+    let folder = tempfile::tempdir().unwrap();
+    let (config, out) = (folder.path().join("small.toml"), folder.path().join("a.png"));
+    let extent =
+        "plausible_extent = { value = 1.0, range = [1.0, 1000.0], unit = \"m\", source = \"solver\" }";
+    fs::write(&config, format!("preset = \"small\"\nbase = \"paper\"\n[sim]\n{extent}\n")).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_orchard"));
+    command.arg("render").arg("--config").arg(&config).args(["--time", "1", "--out"]).arg(&out);
+    let (code, message) = end(&output(&mut command));
+    assert_eq!(code, Some(2), "{message}");
+    assert!(message.contains("--time 1: the world of seed 20250704, tree 0 stands still from "), "{message}");
+    assert!(message.contains("left the plausible box of 1 m"), "{message}");
+    assert!(!out.exists());
+}

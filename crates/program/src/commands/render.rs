@@ -9,7 +9,7 @@ use orchard_camera::picture::{PictureStyle, depth_picture_enlarged, look_at, pic
 use orchard_geometry::{Image, Intrinsics, Vec3, inverse_transform, math};
 use orchard_picker::Controller;
 use orchard_robot::Observation;
-use orchard_world::World;
+use orchard_world::{Status, World};
 use std::f64::consts::FRAC_PI_2;
 use std::path::PathBuf;
 
@@ -47,8 +47,8 @@ fn seed(text: &str) -> Result<u64, String> {
     text.parse().map_err(|_| format!("must be a whole number in [0, {}]", u64::MAX))
 }
 
-/// Longest episode that is drawn \[s\]: the benchmark's run to exhaustion.
-const LATEST: f64 = 600.0;
+/// Longest episode that is drawn \[s\]: a run to exhaustion in the field.
+const LATEST: f64 = 1800.0;
 
 /// Runs the episode up to the moment and writes the picture.
 pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
@@ -77,6 +77,14 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
             wrist_view = Some(wrist_picture(&world, &observation, &picker));
         }
         world.step(&command);
+        if let Status::Quarantined { frame, reason } = world.status() {
+            let at = f64::from(*frame) * scenario.spec().sim.frame();
+            let tree = format!("seed {seed}, tree {index}");
+            return Err(Failure::BadInput(format!(
+                "--time {}: the world of {tree} stands still from {at:.2} s on, since {reason}; take an earlier time",
+                args.time
+            )));
+        }
     }
     let outside = outside_view(&world, args.height as usize);
     let sheet = wrist_view.map_or_else(|| outside.clone(), |wrist| beside(&outside, &wrist));
