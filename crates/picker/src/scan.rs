@@ -235,7 +235,7 @@ impl PickerCore {
 mod tests {
     use super::*;
     use crate::expert::ExpertConfig;
-    use crate::record::State;
+    use crate::record::{AttemptEnd, State};
     use orchard_perception::DetectorConfig;
     use orchard_robot::RobotModel;
 
@@ -298,6 +298,22 @@ mod tests {
             assert!((pose[0] - x_row - clearance).abs() < 0.15 && pose[1].abs() < 0.15, "{robot} {pose:?}");
             assert_eq!(core.side, Side::at(Vec3::new(pose[0], pose[1], 0.0).xy()));
         }
+    }
+
+    /// A view that a contact has ended, or the way there, is passed over until a fruit is picked.
+    #[test]
+    fn a_contact_bars_the_view() {
+        let mut core = core("ridgeback-fr3", false);
+        let robot = at(0.0, [0.5, 0.0, 0.0], STILL);
+        let (present, step) = (core.first_bearing(&robot), core.config.scan.orbit_step.si());
+        let steps = |core: &PickerCore| math::wrap_angle(core.first_bearing(&robot) - present) / step;
+        core.bar_view(&Scan::here(), &robot);
+        assert!((steps(&core) - 1.0).abs() < 1e-9);
+        let next = BaseGoal::facing(&core.perception.belief.p_odom(), present + step, 1.0);
+        core.bar_view(&Scan::of(Place::Going(next)), &robot);
+        assert!((steps(&core) - 2.0).abs() < 1e-9);
+        core.side.note(AttemptEnd::Deposited);
+        assert_eq!(steps(&core), 0.0);
     }
 
     /// A base whose row leads too far turns back, though nothing holds it.
