@@ -198,3 +198,18 @@ fn the_state_is_the_first_that_holds() {
     life.deposited = false;
     assert_eq!(life.state(true, false), FruitState::Dropped);
 }
+
+/// A fruit that left the field stays deposited, is calm, and nothing wakes, drops or grasps it.
+#[test]
+fn a_fruit_taken_away_stays_away() {
+    let mut life = Life { deposited: true, ..off_stem(Phase::Asleep(Resting::Base(Vec3::zeros()))) };
+    assert!(!life.is_calm());
+    life.take_away(Vec3::x());
+    let away = life.clone();
+    let touch = Touch { ground: true, finger: true, hand: true, graspable: true, ..Touch::default() };
+    assert_eq!(judge(&mut life, touch, 0.0, Vec3::x()), []);
+    assert_eq!(life.end_frame_off_stem(&spec(), &touch), None);
+    life.wake();
+    assert!(life == away && life.is_calm() && life.is_away());
+    assert_eq!(life.state(false, false), FruitState::Deposited);
+}
