@@ -41,7 +41,7 @@ impl Scan {
         Self::of(Place::Here)
     }
 
-    /// Makes the memory for a scan after a contact: from a view that no contact has ended.
+    /// Makes the memory for a scan that begins with a drive to a view which no contact has ended.
     pub fn elsewhere() -> Self {
         Self::of(Place::View(None))
     }
@@ -116,7 +116,7 @@ impl PickerCore {
         (left.abs() > c.angle_tolerance.si()).then(|| (left * drive.gain.si()).clamp(-limit, limit))
     }
 
-    /// Bearing of the first view: the present one, or the next if a contact has ended that \[rad\].
+    /// Bearing of the first view \[rad\]: the present bearing, or the next one if a contact has ended the view there.
     fn first_bearing(&self, robot: &RobotState) -> f64 {
         let present = bearing_of(&robot.p_odom(), &self.perception.belief.p_odom());
         if self.is_among(present, &self.side.barred) { self.next_bearing(present, robot) } else { present }
@@ -168,7 +168,7 @@ impl PickerCore {
         velocity
     }
 
-    /// Takes note that something presses on the arm while it looks around: that view is barred.
+    /// Takes note that something presses on the arm while the robot looks around. The view, or the view it drives to, is barred; on a way round a row it turns back.
     pub fn bar_view(&mut self, scan: &Scan, robot: &RobotState) {
         let p = match (self.side.way, scan.place) {
             (None, Place::Going(goal)) => Vec3::new(goal.x, goal.y, 0.0),

@@ -7,11 +7,11 @@ use crate::robot_state::{RobotState, turned};
 use orchard_geometry::math;
 use std::collections::VecDeque;
 
-/// Way between two poses of the trail \[m\]; our choice, a third of what an arm in a canopy has room for.
+/// Way between two poses of the trail \[m\]; our choice.
 const STEP: f64 = 0.03;
 /// Number of poses kept; our choice, 3 m of way.
 const KEPT: usize = 100;
-/// Way that a turn by 1 rad counts as \[m/rad\]; our choice, about the chassis's half-length.
+/// Length of way that a turn by 1 rad counts as \[m/rad\]; our choice, about half the length of a chassis.
 const LEVER: f64 = 0.5;
 
 /// Poses of the base (odom), the latest last.
@@ -36,8 +36,8 @@ impl Trail {
         self.retraced = false;
     }
 
-    /// Goes back on the trail: returns the velocity in the base frame [m/s, m/s, rad/s] at a speed [m/s], a turn included, and takes what it passes from `left`, the way to
-    /// go \[m\]. `None` once that is done or the trail has ended.
+    /// Goes back on the trail at a speed [m/s], in which a turn counts as way. Returns the velocity in the base frame [m/s, m/s, rad/s], and subtracts the way that the
+    /// base has passed from `left`, the way still to go \[m\]. `None` once no way is left, or at the end of the trail.
     pub fn back(&mut self, robot: &RobotState, speed: f64, left: &mut f64) -> Option<[f64; 3]> {
         self.retraced = true;
         while *left > 0.0 {

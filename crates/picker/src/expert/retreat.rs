@@ -34,7 +34,7 @@ enum Stage {
 }
 
 impl Retreat {
-    /// Starts the retreat after a failure in a state: back along the approach if the hand is among branches.
+    /// Starts the retreat after a failure in a state: back along the approach if the hand is among branches, and `way_back` \[m\] on the base's trail if it drove.
     pub fn after_failure(state: State, attempt: Option<&Attempt>, way_back: f64, robot: &RobotState) -> Self {
         let stage = match (state, attempt) {
             (State::Grasp | State::Pull, Some(attempt)) => Stage::Opening(-attempt.plan.direction()),
@@ -44,7 +44,7 @@ impl Retreat {
         Self::of(stage, if state == State::Align { way_back } else { 0.0 }, robot)
     }
 
-    /// Starts the retreat from a contact while the robot looks around.
+    /// Starts the retreat from a contact while the robot looks around; the base goes `way_back` \[m\] on its trail.
     pub fn from_contact(way_back: f64, robot: &RobotState) -> Self {
         Self::of(Stage::Home, way_back, robot)
     }

@@ -10,7 +10,7 @@ use orchard_robot::{ArmKinematics, Bucket, JointVector};
 pub(super) struct Slot {
     pub above: JointVector,
     pub low: JointVector,
-    /// Length of the end of the way down on which the fruit may land on others, beyond that at any place \[m\].
+    /// Length by which the slow end of the way down is longer than at a place of the layers \[m\]: the hand does not know where the fruit lands.
     pub unsure: f64,
 }
 
@@ -58,8 +58,8 @@ impl Slots {
         self.places.get(self.filled).or_else(on_top).copied()
     }
 
-    /// Counts a fruit that was let go `height` \[m\] above the lowest posture at its place. One laid on top of a full bucket that came down to its floor tells that
-    /// the bucket was empty.
+    /// Counts a fruit that was let go `height` \[m\] above the low posture of its place. If the bucket counts as full, and the hand came down to its floor, the bucket was
+    /// empty, and the count begins anew.
     pub fn fill(&mut self, height: f64) {
         let was_emptied = self.filled >= self.places.len() && height < self.layer;
         self.filled = if was_emptied { 1 } else { self.filled + 1 };

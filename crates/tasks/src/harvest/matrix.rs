@@ -62,13 +62,13 @@ impl SweepRules {
     }
 }
 
-/// The condition `exhaustion`, the nominal one until nothing reachable is left, and its like for other conditions.
+/// The condition `exhaustion`, which is the nominal one until nothing reachable is left, and those like it for other conditions.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ExhaustionRules {
     /// Longest episode.
     pub horizon: Quantity,
-    /// What all of them change, beside what their condition changes.
+    /// Changes of the scenario that each of these conditions makes, after those of the condition that it is named after.
     #[serde(default, skip_serializing_if = "Changes::is_empty")]
     pub with: Changes,
     /// Single conditions that have one as well, named `exhaustion-CONDITION`.

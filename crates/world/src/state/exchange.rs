@@ -7,7 +7,7 @@ use orchard_fruit::{Phase, Resting};
 use orchard_geometry::{Pose, Vec3, inverse_transform};
 use orchard_spec::Spec;
 
-/// Share of the plausible box at whose edge fruit off the field are kept, high above the ground where nothing moves and no camera looks; our choice.
+/// Place of fruit off the field, as a share of the way to the edge of the plausible box: high above a corner of the ground, beyond the range of depth cameras; our choice.
 const ASIDE: f64 = 0.95;
 
 impl State {
