@@ -5,6 +5,7 @@ mod in_wind;
 mod on_stems;
 mod standing;
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use orchard_batch::{Fault, Quarantine, Status, TreeEvent, TreeWorld};
@@ -102,11 +103,14 @@ fn ram(speed: f64) -> (RobotModel, Command) {
     (robot, command)
 }
 
-/// Contacts of a world's latest substep, as pairs of the batch's numbers: forces and normals are those of the first.
-fn contacts_of(world: &World) -> Vec<([usize; 2], ContactReport)> {
+/// A contact in f64, as a pair of the batch's numbers: force and normal are those of the first.
+type Expected = ([usize; 2], ContactReport);
+
+/// Contacts of a world's latest substep.
+fn contacts_of(world: &World) -> Vec<Expected> {
     let colliders = world_colliders(world.model(), world.tree(), world.fruit(), world.handle());
-    let number = |id: ColliderId| colliders.iter().position(|&own| own == id).unwrap();
-    let contacts = world.report().contacts.iter().map(|c| match [number(c.a), number(c.b)] {
+    let numbers: BTreeMap<ColliderId, usize> = colliders.into_iter().zip(0..).collect();
+    let contacts = world.report().contacts.iter().map(|c| match [numbers[&c.a], numbers[&c.b]] {
         [a, b] if a < b => ([a, b], *c),
         [a, b] => ([b, a], ContactReport { n_world: -c.n_world, force_world: -c.force_world, ..*c }),
     });
@@ -167,11 +171,17 @@ const ROUGH: f64 = 3.0;
 
 impl Off {
     /// Takes the contacts of one substep into account: pairs within `MARGIN` of the margin may be missing in one; open ones do not count if there was no room for all.
-    fn add_contacts(&mut self, world: &World, found: &[ContactPoint], is_crowded: bool, case: &str) {
+    fn add_contacts(
+        &mut self,
+        world: &World,
+        expected: &[Expected],
+        found: &[ContactPoint],
+        is_crowded: bool,
+        case: &str,
+    ) {
         const MARGIN: f64 = 5e-6;
         const SUNK: f64 = 1.2e-6;
         let margin = world.spec().sim.contact_margin.si() - MARGIN;
-        let expected = contacts_of(world);
         let largest = expected.iter().fold(0.0, |most: f64, (_, c)| most.max(c.force_world.norm()));
         let near = |pair, gap: f64, p: &Vec3| {
             let of_pair = found.iter().filter(move |own| own.pair == pair);
@@ -229,26 +239,24 @@ impl Off {
 }
 
 /// True if two fruit that were apart before bore a force in a world's latest substep and have no contact among those found.
-fn overlooks(world: &World, found: &[ContactPoint]) -> bool {
+fn overlooks(world: &World, expected: &[Expected], found: &[ContactPoint]) -> bool {
     const FAINT: f64 = 0.1;
-    let expected = contacts_of(world);
     let mut loaded = expected.iter().filter(|(_, c)| c.force_world.norm() > FAINT && c.gap > 0.0);
     loaded.any(|(pair, _)| is_of_fruit(world, *pair) && found.iter().all(|own| own.pair != *pair))
 }
 
 /// True if a contact that bears a force in a world's latest substep is not among those found.
-fn lacks_load(world: &World, found: &[ContactPoint]) -> bool {
-    let expected = contacts_of(world);
+fn lacks_load(expected: &[Expected], found: &[ContactPoint]) -> bool {
     let mut loaded = expected.iter().filter(|(_, c)| c.force_world != Vec3::zeros());
     loaded.any(|(pair, c)| !found.iter().any(|own| own.pair == *pair && (own.gap - c.gap).abs() < 1e-5))
 }
 
 /// True if the robot's surface and its own or one that stands still bear a force and are as near to a gap of 0 as rounding.
-fn grazes(world: &World) -> bool {
+fn grazes(world: &World, expected: &[Expected]) -> bool {
     const ROUNDING: f64 = 1e-6;
     let hung = world.tree().len() + world.fruit().len();
-    let hard = contacts_of(world).into_iter().filter(|(pair, _)| pair[0] >= hung);
-    hard.into_iter().any(|(_, c)| c.force_world.norm() > 0.0 && c.gap.abs() < ROUNDING)
+    let mut hard = expected.iter().filter(|(pair, _)| pair[0] >= hung);
+    hard.any(|(_, c)| c.force_world.norm() > 0.0 && c.gap.abs() < ROUNDING)
 }
 
 /// A world after a substep in which nothing touches anything.
@@ -278,7 +286,7 @@ fn compare_under(
     let mut off = Off::default();
     let (mut whole, mut lost) = (vec![true; worlds.len()], vec![0; worlds.len()]);
     for substep in 0..substeps {
-        let meets = worlds.iter().any(|(world, _)| !contacts_of(world).is_empty());
+        let meets = worlds.iter().any(|(world, _)| !world.report().contacts.is_empty());
         if meets {
             (0..worlds.len()).for_each(|index| follow(&mut batch, index, &mut worlds[index].0));
         }
@@ -291,26 +299,27 @@ fn compare_under(
             whole[index] &= !fell_apart(world);
             let Some(free) = free.filter(|_| whole[index]) else { continue };
             let meeting = batch.meeting(index).unwrap();
+            let expected = contacts_of(world);
             let case = format!("world {index}, substep {substep}");
             assert_eq!(meeting.unsolved, 0, "{case}: {meeting:?}");
             let is_crowded = std::mem::replace(&mut lost[index], meeting.lost) < meeting.lost;
-            if is_crowded && lacks_load(world, &meeting.contacts) {
+            if is_crowded && lacks_load(&expected, &meeting.contacts) {
                 off.crowded += 1;
                 continue;
             }
-            if grazes(world) {
+            if grazes(world, &expected) {
                 off.grazed += 1;
                 continue;
             }
-            if overlooks(world, &meeting.contacts) {
+            if overlooks(world, &expected, &meeting.contacts) {
                 off.overlooked += 1;
                 continue;
             }
-            off.add_contacts(world, &meeting.contacts, is_crowded, &case);
+            off.add_contacts(world, &expected, &meeting.contacts, is_crowded, &case);
             let mut after = world.data().clone();
             batch.store_tree(index, &mut after).unwrap();
             batch.store_robot(index, world.model(), world.handle(), &mut after).unwrap();
-            if contacts_of(world).iter().any(|(_, c)| c.force_world.norm() > WEAK) {
+            if expected.iter().any(|(_, c)| c.force_world.norm() > WEAK) {
                 off.add_changes(free.data(), world.data(), &after);
             }
             off.iterations = off.iterations.max(meeting.iterations);

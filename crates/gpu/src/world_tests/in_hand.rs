@@ -150,7 +150,7 @@ fn substeps_of_a_held_fruit_have_the_contacts_of_f64() {
         grip.world.step(&grip.command);
         let case = format!("substep {substep}");
         assert_eq!((meeting.lost, meeting.unsolved), (0, 0), "{case}: {meeting:?}");
-        off.add_contacts(&grip.world, &meeting.contacts, false, &case);
+        off.add_contacts(&grip.world, &contacts_of(&grip.world), &meeting.contacts, false, &case);
         off.add_changes(free.data(), grip.world.data(), &after);
         off.iterations = off.iterations.max(meeting.iterations);
         let expected = grip.world.data().point_w_world[point];

@@ -1,20 +1,46 @@
-//! Devices for tests, and a record of the tests that are skipped where there is no adapter. The unit tests of this crate and the suite `steppers` include this file; it is no part of the library, which reads
+//! Devices for tests, and a record of the tests that are skipped where there is no adapter. The unit tests of this crate and the suites of `orchard-tests` and `orchard-lockstep` include this file; it is no part of the library, which reads
 //! no environment and opens no file.
 
 use std::fs::OpenOptions;
 use std::io::Write;
+use std::ops::Deref;
 use std::panic::Location;
-use std::sync::OnceLock;
+use std::sync::Mutex;
 
 use orchard_gpu::{Choice, Gpu, GpuError};
 
 /// Environment variable that names the file to which every skipped test appends a line. An absolute path: `cargo test` runs each crate's tests in that crate's folder.
 const SKIPPED_FILE: &str = "ORCHARD_SKIPPED";
 
-/// The device of all tests of a program, whose kernels are compiled once, not for every test.
-static SHARED: OnceLock<Result<Gpu, GpuError>> = OnceLock::new();
+/// Devices that no test has at the moment. Kernels are compiled once for each device, not for every test; a driver in software works off the commands of one device one after the other.
+static FREE: Mutex<Vec<Gpu>> = Mutex::new(Vec::new());
 
-/// The device that all tests of a program share; `None` if the computer has no graphics adapter. A test that breaks its device opens one of its own. Without an adapter the test returns, and counts as skipped:
+/// A device that a test has for itself until it ends.
+pub struct OwnDevice(Gpu);
+
+impl Deref for OwnDevice {
+    type Target = Gpu;
+
+    fn deref(&self) -> &Gpu {
+        &self.0
+    }
+}
+
+impl Drop for OwnDevice {
+    fn drop(&mut self) {
+        // The next test would inherit what made this one fail.
+        if !std::thread::panicking() {
+            free().push(self.0.clone());
+        }
+    }
+}
+
+/// The free devices, also after a test that failed while it took one.
+fn free() -> std::sync::MutexGuard<'static, Vec<Gpu>> {
+    FREE.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+}
+
+/// A device that no other test has now: one that another test has left, or a new one; `None` if the computer has no graphics adapter. A test that breaks its device opens one of its own. Without an adapter the test returns, and counts as skipped:
 /// the line `skipped, no adapter: TEST (FILE:LINE)` goes to standard error, which `cargo test` does not capture, and is appended to the file that the environment variable `ORCHARD_SKIPPED` names, if that is
 /// set. The number of lines in that file is the number of skipped tests.
 ///
@@ -23,9 +49,10 @@ static SHARED: OnceLock<Result<Gpu, GpuError>> = OnceLock::new();
 /// # Panics
 /// There is no adapter and `CI` is set, the adapter cannot be used, or the file cannot be written.
 #[track_caller]
-pub fn device() -> Option<Gpu> {
-    match SHARED.get_or_init(|| Gpu::open(Choice::Any)) {
-        Ok(gpu) => Some(gpu.clone()),
+pub fn device() -> Option<OwnDevice> {
+    let left = free().pop();
+    match left.map_or_else(|| Gpu::open(Choice::Any), Ok) {
+        Ok(gpu) => Some(OwnDevice(gpu)),
         Err(GpuError::NoAdapter(why)) => {
             let is_ci = std::env::var_os("CI").is_some_and(|ci| !ci.is_empty());
             assert!(!is_ci, "no graphics adapter, and CI is set: {why}");

@@ -1,20 +1,14 @@
 //! Picks in lockstep: the fruit that comes off stays in the hand on the device.
 
-#[path = "../../gpu/tests/device/mod.rs"]
-mod device;
-#[expect(dead_code, reason = "the suite of another crate, which calls what is not called here")]
-#[path = "../../../tests/scripted.rs"]
-mod scripted;
-
 use std::sync::Arc;
 
-use device::device;
+use crate::device::device;
+use crate::scripted::watched_pick;
 use orchard_geometry::{Vec3, inverse_transform};
 use orchard_lockstep::{Lockstep, Turn};
 use orchard_robot::{Command, RobotModel};
 use orchard_spec::Spec;
 use orchard_world::{World, WorldEvent};
-use scripted::watched_pick;
 
 /// Frames before the grip in which the device takes the world, frames in which the fruit is carried, and frames in which the hand opens and the fruit falls.
 const CLOSING: u32 = 5;

@@ -1,13 +1,9 @@
 //! Broken wood on the device against worlds stepped alone.
 
-mod course;
-#[path = "../../gpu/tests/device/mod.rs"]
-mod device;
-
 use std::sync::Arc;
 
-use course::Course;
-use device::device;
+use crate::course::Course;
+use crate::device::device;
 use orchard_lockstep::{Lockstep, Turn};
 use orchard_robot::{Command, RobotModel};
 use orchard_spec::Spec;

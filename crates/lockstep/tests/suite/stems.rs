@@ -1,11 +1,8 @@
 //! Trees as measured on the device against worlds stepped alone: dampers by ratio, fruit in clusters on stems that bend and wear.
 
-#[path = "../../gpu/tests/device/mod.rs"]
-mod device;
-
 use std::sync::Arc;
 
-use device::device;
+use crate::device::device;
 use orchard_fruit::Release;
 use orchard_geometry::Vec3;
 use orchard_lockstep::{Lockstep, Turn};

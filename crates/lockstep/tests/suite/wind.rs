@@ -1,11 +1,8 @@
 //! Worlds in wind, computed on the device.
 
-#[path = "../../gpu/tests/device/mod.rs"]
-mod device;
-
 use std::sync::Arc;
 
-use device::device;
+use crate::device::device;
 use orchard_lockstep::{Lockstep, Turn};
 use orchard_robot::RobotModel;
 use orchard_spec::{Preset, Spec};

@@ -1,13 +1,10 @@
 //! Seats that threads of a pool share.
 
-#[path = "../../gpu/tests/device/mod.rs"]
-mod device;
-
 use std::sync::mpsc::channel;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use device::device;
+use crate::device::device;
 use orchard_lockstep::{Lockstep, Seats};
 use orchard_robot::RobotModel;
 use orchard_spec::Spec;

@@ -1,14 +1,11 @@
 //! Worlds in lockstep against worlds stepped alone.
 
-mod course;
-#[path = "../../gpu/tests/device/mod.rs"]
-mod device;
-
 use std::sync::Arc;
 
-use course::Course;
-use device::device;
+use crate::course::Course;
+use crate::device::device;
 use orchard_fruit::Phase;
+use orchard_gpu::Gpu;
 use orchard_lockstep::{Detail, Lockstep, LockstepError, Turn};
 use orchard_robot::{Command, RobotModel};
 use orchard_spec::{Preset, Spec};
@@ -32,8 +29,8 @@ fn worlds_at(distance: f64, spec: Spec, count: u32) -> Vec<World> {
 /// Frames that worlds take at once.
 const FRAMES: usize = 4;
 
-fn together_of(worlds: &[World], lanes: usize) -> Option<Lockstep> {
-    Some(Lockstep::new(&device()?, worlds, lanes, FRAMES).unwrap())
+fn together_of(gpu: &Gpu, worlds: &[World], lanes: usize) -> Lockstep {
+    Lockstep::new(gpu, worlds, lanes, FRAMES).unwrap()
 }
 
 /// Drives to the tree with a moving arm.
@@ -60,8 +57,9 @@ fn robot_apart(a: &World, b: &World) -> f64 {
 
 #[test]
 fn a_world_moves_as_alone_until_it_touches_something() {
+    let Some(gpu) = device() else { return };
     let mut worlds = worlds_at(1.2, Spec::paper(), 3);
-    let Some(mut together) = together_of(&worlds, 3) else { return };
+    let mut together = together_of(&gpu, &worlds, 3);
     let mut alone = worlds.clone();
     for (lane, world) in worlds.iter().enumerate() {
         together.enter(&[(lane, world)]).unwrap();
@@ -91,11 +89,12 @@ fn a_world_moves_as_alone_until_it_touches_something() {
 /// Over ruts and bumps the chassis rises and sinks on the device as alone, by a height that is foreseen for a frame.
 #[test]
 fn a_robot_drives_over_uneven_ground_as_alone() {
+    let Some(gpu) = device() else { return };
     let mut spec = Spec::paper();
     spec.terrain.enabled = true;
     spec.terrain.amplitude = spec.terrain.amplitude.with_value(0.1).unwrap();
     let mut worlds = worlds_at(2.2, spec, 2);
-    let Some(mut together) = together_of(&worlds, 2) else { return };
+    let mut together = together_of(&gpu, &worlds, 2);
     let mut alone = worlds.clone();
     for (lane, world) in worlds.iter().enumerate() {
         together.enter(&[(lane, world)]).unwrap();
@@ -124,9 +123,10 @@ fn a_robot_drives_over_uneven_ground_as_alone() {
 /// A world has the same bits in any company, in any lane, and with others coming and going beside it.
 #[test]
 fn company_changes_no_bit() {
+    let Some(gpu) = device() else { return };
     let samples = worlds_of(Spec::paper(), 3);
-    let Some(mut few) = together_of(&samples, 1) else { return };
-    let mut many = together_of(&samples, 3).unwrap();
+    let mut few = together_of(&gpu, &samples, 1);
+    let mut many = together_of(&gpu, &samples, 3);
     let mut one = samples[1].clone();
     few.enter(&[(0, &one)]).unwrap();
     let mut worlds = samples.clone();
@@ -171,9 +171,10 @@ fn assert_same_load(world: &World, other: &World) {
 /// Frames after which only the robot is brought back change nothing but the rounding of the load that the device tells.
 #[test]
 fn calm_frames_leave_the_tree_behind_and_change_nothing() {
+    let Some(gpu) = device() else { return };
     let samples = worlds_of(Spec::paper(), 2);
-    let Some(mut whole) = together_of(&samples, 2) else { return };
-    let mut lazy = together_of(&samples, 2).unwrap();
+    let mut whole = together_of(&gpu, &samples, 2);
+    let mut lazy = together_of(&gpu, &samples, 2);
     let mut all = [samples.clone(), samples];
     for (together, worlds) in [&mut whole, &mut lazy].into_iter().zip(&all) {
         for (lane, world) in worlds.iter().enumerate() {
@@ -232,9 +233,10 @@ fn calm_frames_leave_the_tree_behind_and_change_nothing() {
 /// Frames that are given together have the bits of frames that are given one by one, also where the robot touches wood in them; those after a fruit came off are computed here.
 #[test]
 fn frames_given_together_change_no_bit() {
+    let Some(gpu) = device() else { return };
     let samples = worlds_of(Spec::paper(), 3);
-    let Some(mut single) = together_of(&samples, 3) else { return };
-    let mut many = together_of(&samples, 3).unwrap();
+    let mut single = together_of(&gpu, &samples, 3);
+    let mut many = together_of(&gpu, &samples, 3);
     let mut all = [samples.clone(), samples];
     for (together, worlds) in [&mut single, &mut many].into_iter().zip(&all) {
         for (lane, world) in worlds.iter().enumerate() {
@@ -311,8 +313,9 @@ fn frames_given_together_change_no_bit() {
 /// A fruit that comes off on the device falls, lands and lies still as in a world stepped alone, and its world stays on the device.
 #[test]
 fn a_fruit_falls_as_alone() {
+    let Some(gpu) = device() else { return };
     let mut worlds = worlds_of(Spec::paper(), 1);
-    let Some(mut together) = together_of(&worlds, 1) else { return };
+    let mut together = together_of(&gpu, &worlds, 1);
     together.enter(&[(0, &worlds[0])]).unwrap();
     let point = worlds[0].fruit().points[0].index();
     let command = RobotModel::paper().start_command();
@@ -363,10 +366,11 @@ fn a_fruit_falls_as_alone() {
 
 #[test]
 fn the_times_of_a_frame_change_no_bit() {
+    let Some(gpu) = device() else { return };
     let mut worlds = worlds_of(Spec::paper(), 2);
-    let Some(mut together) = together_of(&worlds, 2) else { return };
+    let mut together = together_of(&gpu, &worlds, 2);
     let mut timed = worlds.clone();
-    let mut watched = together_of(&timed, 2).unwrap();
+    let mut watched = together_of(&gpu, &timed, 2);
     for (lane, (world, other)) in worlds.iter().zip(&timed).enumerate() {
         together.enter(&[(lane, world)]).unwrap();
         watched.enter(&[(lane, other)]).unwrap();
