@@ -51,14 +51,16 @@ impl PickerCore {
         self.config.align.standoffs.first().map_or(0.0, |s| s.si())
     }
 
-    /// Place of the base in front of a track, its bearing turned from straight outwards by `turn` \[rad\].
-    fn outward_goal(&self, track: &Track, turn: f64, standoff: f64) -> BaseGoal {
-        let push = self.task.as_ref().and_then(|task| task.push.as_ref());
-        let bearing = match push {
-            Some(push) => push.heading_odom + std::f64::consts::PI,
-            None => bearing_of(&track.p_odom, &self.perception.belief.p_odom()),
-        };
-        BaseGoal::facing(&track.p_odom, bearing + turn, standoff)
+    /// Bearings of the base, as seen from a track, from which its choice starts \[rad\]: straight outwards from the trunk and, where the tree stands in a row, straight out of the row
+    /// too, since the bearing from the trunk leads along the row where the canopy is a wall.
+    fn fronts(&self, track: &Track, robot: &RobotState) -> Vec<f64> {
+        let tree = self.perception.belief.p_odom();
+        if let Some(push) = self.task.as_ref().and_then(|task| task.push.as_ref()) {
+            return vec![push.heading_odom + std::f64::consts::PI];
+        }
+        let row = self.walls.row(&tree, &self.config);
+        let across = row.map(|row| row.outwards(&robot.p_odom().xy()));
+        [bearing_of(&track.p_odom, &tree)].into_iter().chain(across).collect()
     }
 
     /// Length of the drive, around the tree \[m\].
@@ -70,8 +72,10 @@ impl PickerCore {
 
     /// Length of the shortest drive to a place for a track, before the arm is asked \[m\]; without an end where walls bar all ways.
     fn least_drive(&self, robot: &RobotState, track: &Track) -> f64 {
-        let outward = self.outward_goal(track, 0.0, self.nominal_standoff());
-        let goals = self.straight_ahead(robot, track).into_iter().chain([outward]);
+        let standoff = self.nominal_standoff();
+        let fronts = self.fronts(track, robot).into_iter();
+        let fronts = fronts.map(|bearing| BaseGoal::facing(&track.p_odom, bearing, standoff));
+        let goals = self.straight_ahead(robot, track).into_iter().chain(fronts);
         let open = goals.filter(|goal| !self.is_barred(robot, goal));
         open.map(|goal| self.drive_cost(robot, &goal)).fold(f64::INFINITY, f64::min)
     }
@@ -87,7 +91,7 @@ impl PickerCore {
 
     /// Place for a track of a base that cannot leave its spot or its rail.
     fn nearest_goal(&self, robot: &RobotState, track: &Track) -> BaseGoal {
-        self.mobility.nearest(robot, &self.outward_goal(track, 0.0, 0.0))
+        self.mobility.nearest(robot, &BaseGoal::facing(&track.p_odom, 0.0, 0.0))
     }
 
     /// Places for a track that a base on wheels takes without a turn.
@@ -100,29 +104,39 @@ impl PickerCore {
         self.mobility.straight_ahead(robot, &track.p_odom, &standoffs)
     }
 
-    /// Returns the best place from which the arm can grasp a track: the best stand-off straight outwards, then the best bearing for it, or for
-    /// wheels a place straight ahead.
-    /// The arm's reach depends on distance and height alone.
+    /// Returns the best place from which the arm can grasp a track: one before one of its fronts, or for wheels one straight ahead.
     fn place_for(&self, track: &Track, robot: &RobotState) -> Option<Choice> {
-        let align = &self.config.align;
         let points: Vec<SeenPoint> = self.perception.points().collect();
-        let cheaper = |a: &Choice, b: &Choice| a.cost.total_cmp(&b.cost);
         if !self.mobility.is_free() {
             return self.choice_at(track, robot, self.nearest_goal(robot, track), &points);
         }
-        let outwards = align.standoffs.iter().filter_map(|s| {
-            let choice = self.choice_at(track, robot, self.outward_goal(track, 0.0, s.si()), &points)?;
-            Some((s.si(), choice))
-        });
-        let outward = outwards.min_by(|a, b| cheaper(&a.1, &b.1));
-        let bearings = outward.as_ref().map_or(&[][..], |_| &align.bearings[..]);
-        let standoff = outward.as_ref().map_or(0.0, |(standoff, _)| *standoff);
-        let turned = bearings.iter().filter_map(|b| {
-            self.choice_at(track, robot, self.outward_goal(track, b.si(), standoff), &points)
-        });
+        let fronts = self.fronts(track, robot).into_iter();
+        let before = fronts.flat_map(|bearing| self.places_before(track, robot, bearing, &points));
         let ahead = self.straight_ahead(robot, track).into_iter();
         let ahead = ahead.filter_map(|goal| self.choice_at(track, robot, goal, &points));
-        turned.chain(outward.map(|(_, choice)| choice)).chain(ahead).min_by(cheaper)
+        before.chain(ahead).min_by(cheaper)
+    }
+
+    /// Places about a track whose bearing is that of a front \[rad\], with the best stand-off there, or is turned from it by one of the angles of the config.
+    /// The arm's reach depends on distance and height alone.
+    fn places_before(
+        &self,
+        track: &Track,
+        robot: &RobotState,
+        front: f64,
+        points: &[SeenPoint],
+    ) -> Vec<Choice> {
+        let align = &self.config.align;
+        let at = |turn: f64, standoff: f64| {
+            let goal = BaseGoal::facing(&track.p_odom, front + turn, standoff);
+            self.choice_at(track, robot, goal, points)
+        };
+        let straight = align.standoffs.iter().filter_map(|s| Some((s.si(), at(0.0, s.si())?)));
+        let Some((standoff, straight)) = straight.min_by(|a, b| cheaper(&a.1, &b.1)) else {
+            return Vec::new();
+        };
+        let turned = align.bearings.iter().filter_map(|turn| at(turn.si(), standoff));
+        turned.chain([straight]).collect()
     }
 
     /// Returns the best grasp of a track from one place of the base.
@@ -150,6 +164,7 @@ impl PickerCore {
             target: &target_there,
             points: &seen,
             others: &self.others(track.id, &there),
+            refused: &self.blacklist.refused(&track.p_odom, &there),
             q_start: &self.postures.carry(),
             reach_margin: self.config.approach.reach_margin.si(),
         };
@@ -170,6 +185,11 @@ impl PickerCore {
     }
 }
 
+/// Order of choices by their cost.
+fn cheaper(a: &Choice, b: &Choice) -> std::cmp::Ordering {
+    a.cost.total_cmp(&b.cost)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -178,6 +198,25 @@ mod tests {
     use crate::record::State;
     use orchard_perception::DetectorConfig;
     use orchard_robot::RobotModel;
+
+    /// A fruit that hangs in a row, along it from the trunk, is taken from before the row, on the robot's side; the place straight outwards is behind the wires.
+    #[test]
+    fn a_fruit_along_the_row_is_taken_from_before_it() {
+        let robot = RobotModel::paper();
+        let config = ExpertConfig::preset().shared;
+        let mut core = PickerCore::new(&robot, DetectorConfig::paper(), config, State::Scan);
+        let x = core.perception.belief.p_odom().x;
+        for z in [0.6, 1.0] {
+            let wire: Vec<Vec3> = (0..=30).map(|k| Vec3::new(x, 0.2 * f64::from(k) - 3.0, z)).collect();
+            for y in [0.0, 0.5] {
+                core.walls.see(wire.clone(), Vec3::new(0.4, y, 1.0), &core.config.wires);
+            }
+        }
+        let p_odom = Vec3::new(x + 0.05, 1.4, 0.9);
+        let track = Track { id: 0, p_odom, radius: 0.03, hits: 9, last_seen: 0.0, confirmed: true };
+        let choice = core.place_for(&track, &RobotState::still(0.0)).expect("a place");
+        assert!(choice.goal.x < x - 0.5, "{:?}", choice.goal);
+    }
 
     /// The expert leaves fruit that do not fit between its open fingers; a cup and the baseline try any.
     #[test]

@@ -1,5 +1,6 @@
 //! Config of the baseline picker, which runs controllers `baseline` and `paper`.
 
+use crate::blacklist::BlacklistConfig;
 use crate::section::section;
 use crate::wires::WiresConfig;
 use orchard_quantity::{ConfigError, Count, Quantity, Span, from_table, overlay, parse, with_base};
@@ -378,18 +379,6 @@ section! {
         align: Quantity,
         /// No progress.
         stall: Quantity,
-    }
-}
-
-section! {
-    /// Blacklist of failed targets.
-    BlacklistConfig {
-        /// Duration after failures that may not repeat.
-        short: Quantity,
-        /// Duration after failures that would repeat.
-        long: Quantity,
-        /// Distance from a failed target within which detections count as the same fruit.
-        radius: Quantity,
     }
 }
 

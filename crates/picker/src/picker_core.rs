@@ -406,7 +406,7 @@ impl PickerCore {
         others: &'a [Target],
     ) -> Search<'a> {
         let (arm, config, q_start) = (&self.arm, &self.config, self.motion.q());
-        Search { arm, config, target, points, others, q_start, reach_margin: 0.0 }
+        Search { arm, config, target, points, others, refused: &[], q_start, reach_margin: 0.0 }
     }
 
     /// Starts an attempt.
@@ -438,9 +438,11 @@ impl PickerCore {
         }
     }
 
-    /// Records that the hand goes back from an obstacle that it pressed on with `force` \[N\].
+    /// Records that the hand goes back from an obstacle that it pressed on with `force` \[N\]; it tries this approach last.
     pub fn note_yielding(&mut self, robot: &RobotState, force: f64) {
         if let Some(attempt) = &self.attempt {
+            let direction = robot.x_odom_base.rotation * attempt.plan.direction();
+            self.blacklist.refuse(attempt.target.p, direction);
             self.record.events.push(Event::Yielded { time: robot.time, id: attempt.id, force });
         }
     }

@@ -109,6 +109,8 @@ pub(crate) struct Search<'a> {
     pub points: &'a [SeenPoint],
     /// Other fruit that it knows.
     pub others: &'a [Target],
+    /// Directions from which something stopped the hand at this target.
+    pub refused: &'a [Vec3],
     /// Posture from which the arm starts.
     pub q_start: &'a JointVector,
     /// Distance beyond the grasp that the arm must be able to reach \[m\].
@@ -128,6 +130,8 @@ impl Search<'_> {
         let shoulder = arm.shoulder();
         let straight = math::atan2(target.p.y - shoulder.y, target.p.x - shoulder.x);
         let near = self.points_near(c.sweep_length.si() + c.sweep_half_y.si());
+        let (refused_cost, same) =
+            (config.blacklist.refused_cost.si(), math::cos(config.blacklist.refused_angle.si()));
         let mut approaches = Vec::with_capacity(c.elevations.len() * c.azimuths.len());
         for elevation in &c.elevations {
             for azimuth in &c.azimuths {
@@ -136,12 +140,15 @@ impl Search<'_> {
                     continue;
                 }
                 let first = c.elevations[0].si();
+                let direction = level * Vec3::z();
+                let refused = self.refused.iter().filter(|d| d.dot(&direction) >= same).count() as f64;
                 for roll in &c.rolls {
                     let rotation = level * Rotation::from_axis_angle(&Vec3::z_axis(), roll.si());
                     let turn = (elevation.si() - first).abs() + azimuth.si().abs() + roll.si().abs();
                     let [met, hiding] = self.in_the_way(&near, &rotation);
                     let brushed = self.brushed(&rotation) as f64;
                     let cost = met + c.hiding_cost.si() * hiding + c.turn_cost.si() * turn;
+                    let cost = cost + refused_cost * refused;
                     approaches.push((cost + c.brush_cost.si() * brushed, met, rotation));
                 }
             }
@@ -256,7 +263,7 @@ mod tests {
         points: &'a [SeenPoint],
         q_start: &'a JointVector,
     ) -> Search<'a> {
-        Search { arm, config, target: &TARGET, points, others: &[], q_start, reach_margin: 0.0 }
+        Search { arm, config, target: &TARGET, points, others: &[], refused: &[], q_start, reach_margin: 0.0 }
     }
 
     fn seen(p: Vec3, is_wood: bool) -> SeenPoint {
@@ -284,6 +291,23 @@ mod tests {
         config.approach.hiding_cost = config.approach.hiding_cost.with_value(0.0).expect("in range");
         let careless = search(arm, &config, &points, &q).best().expect("within reach");
         assert_eq!(careless.direction(), free.direction());
+    }
+
+    /// A direction from which something stopped the hand is taken last; at cost 0 it is taken again.
+    #[test]
+    fn another_direction_than_a_refused_one_is_taken() {
+        let (robot, expert) = (RobotModel::paper(), ExpertConfig::preset());
+        let (arm, mut config) = (robot.kinematics(), expert.shared);
+        let q = arm.home();
+        let first = search(arm, &config, &[], &q).best().expect("within reach").direction();
+        let next = |config: &PickerConfig| {
+            let search = Search { refused: &[first], ..search(arm, config, &[], &q) };
+            search.best().expect("within reach").direction()
+        };
+        let angle = config.blacklist.refused_angle.si();
+        assert!(next(&config).dot(&first) < math::cos(angle));
+        config.blacklist.refused_cost = config.blacklist.refused_cost.with_value(0.0).expect("in range");
+        assert_eq!(next(&config), first);
     }
 
     /// Fruit left and right of the target turn the hand about its approach axis, so that the open fingers pass them; at cost 0, or unknown, they do not.

@@ -126,6 +126,12 @@ impl Row {
         Round { towards: self.along * sense, side, leg: Leg::Out, returns: false }
     }
 
+    /// Bearing straight out of the row, on the side of a place (odom) \[rad\].
+    pub fn outwards(&self, here: &Vector2<f64>) -> f64 {
+        let side = self.local(here).y.signum();
+        math::atan2(self.along.x * side, -self.along.y * side)
+    }
+
     /// Turns the row's direction towards the end that a way goes round; the rectangle stays where it is.
     fn turned(self, way: &Round) -> Self {
         match self.along.dot(&way.towards) < 0.0 {
@@ -191,6 +197,16 @@ mod tests {
 
     fn row(wires: &[Line]) -> Row {
         Row::about(&TREE, 1.3, wires, &[]).expect("wires")
+    }
+
+    /// Straight out of the row is square to it, to the side on which the place lies.
+    #[test]
+    fn out_of_the_row_is_square_to_it() {
+        let row = row(&[line(0.2, -2.0, 1.0)]);
+        for (x, bearing) in [(0.5, PI), (4.0, 0.0)] {
+            let off = math::wrap_angle(row.outwards(&Vector2::new(x, 0.7)) - bearing);
+            assert!(off.abs() < 1e-12, "{x}: {off}");
+        }
     }
 
     /// The rectangle holds the tree, the wires beside it and what has held the base at their ends; wires elsewhere, and a tree without wires, make no row.

@@ -7,7 +7,7 @@ use crate::drive::{BaseGoal, StallWatch};
 use crate::expert::views::Views;
 use crate::expert::{Caution, ExpertPicker, Next, Phase};
 use crate::picker_core::STILL;
-use crate::plan::{GraspPlan, Target, swept};
+use crate::plan::{GraspPlan, Search, Target, swept};
 use crate::record::FailureReason;
 use crate::robot_state::RobotState;
 use orchard_geometry::{Vec3, inverse_transform, math};
@@ -95,7 +95,8 @@ impl ExpertPicker {
         let points: Vec<SeenPoint> =
             self.core.perception.points().map(|point| point.within(&there)).collect();
         let others = self.core.others(attempt.track, &there);
-        let plan = self.clearest_approach(&target, &points, &others, |_| true);
+        let refused = self.core.blacklist.refused(&attempt.target.p, &there);
+        let plan = self.clearest_approach(&target, &points, &others, &refused, |_| true);
         if let (Some(plan), Some(attempt)) = (plan, &mut self.core.attempt) {
             attempt.plan = plan;
         }
@@ -111,9 +112,10 @@ impl ExpertPicker {
         target: &Target,
         points: &[SeenPoint],
         others: &[Target],
+        refused: &[Vec3],
         is_allowed: impl Fn(&Vec3) -> bool,
     ) -> Option<GraspPlan> {
-        let search = self.core.search(target, points, others);
+        let search = Search { refused, ..self.core.search(target, points, others) };
         let swing_cost = self.config.unfold.swing_cost.si();
         let mut approaches = search.approaches(is_allowed);
         for approach in &mut approaches {
@@ -144,8 +146,15 @@ impl ExpertPicker {
         let points = self.core.points_base(robot);
         let track = self.core.attempt.as_ref().map_or(u32::MAX, |a| a.track);
         let others = self.core.others(track, &robot.x_odom_base);
-        self.clearest_approach(&target, &points, &others, is_allowed)
+        let refused = self.refused(robot);
+        self.clearest_approach(&target, &points, &others, &refused, is_allowed)
             .is_some_and(|plan| self.look_from(plan, caution))
+    }
+
+    /// Directions from which something stopped the hand at the target, base frame.
+    fn refused(&self, robot: &RobotState) -> Vec<Vec3> {
+        let p_odom = self.core.attempt.as_ref().map(|attempt| attempt.target.p);
+        p_odom.map_or(Vec::new(), |p_odom| self.core.blacklist.refused(&p_odom, &robot.x_odom_base))
     }
 
     /// Changes to another direction than the one in which wood stopped the hand or leaves hid the fruit.
@@ -251,7 +260,9 @@ impl ExpertPicker {
         let points = self.core.points_base(robot);
         let direction = attempt.plan.direction();
         let least = math::cos(self.config.homing.clear_angle.si());
-        let plan = self.clearest_approach(&target, &points, &others, |d| d.dot(&direction) >= least);
+        let refused = self.refused(robot);
+        let is_near = |d: &Vec3| d.dot(&direction) >= least;
+        let plan = self.clearest_approach(&target, &points, &others, &refused, is_near);
         match plan.filter(|plan| search.brushed(&plan.rotation) < brushed) {
             Some(plan) => self.look_from(plan, Caution::Normal),
             None => false,
@@ -291,7 +302,7 @@ mod tests {
             let mut picker = ExpertPicker::new(&model, DetectorConfig::paper(), ExpertConfig::preset());
             let robot = RobotState { q: *picker.core.motion.q(), ..RobotState::still(1.0) };
             let target = Target { p: transform(&robot.x_odom_base, &p_target), radius: 0.03 };
-            let plan = picker.clearest_approach(&Target { p: p_target, ..target }, &[], &[], |_| true);
+            let plan = picker.clearest_approach(&Target { p: p_target, ..target }, &[], &[], &[], |_| true);
             picker.core.commit(&robot, u32::MAX, target, plan.expect("within reach"));
             if beside {
                 let at = |y: f64| transform(&robot.x_odom_base, &(p_target + Vec3::y() * y));
