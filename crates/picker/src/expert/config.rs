@@ -25,6 +25,8 @@ section! {
         feel: FeelConfig,
         /// Loading of the stem by the pull.
         load: LoadConfig,
+        /// Loading of a stem with other fruit beside its own.
+        beside: BesideConfig,
         /// Leaving the canopy with the fruit.
         leave: LeaveConfig,
         /// Placing in the bucket.
@@ -134,6 +136,18 @@ section! {
         slip: Quantity,
         /// Pull after a slip, as a share of the largest before.
         slip_share: Quantity,
+    }
+}
+
+section! {
+    /// Loading of a stem with other fruit beside its own, which the wood shakes off as it springs back.
+    BesideConfig {
+        /// Largest gap between two fruit that hang beside each other.
+        gap: Quantity,
+        /// Pull at which the hand twists the fruit.
+        twist_at: Quantity,
+        /// Largest pull.
+        most: Quantity,
     }
 }
 

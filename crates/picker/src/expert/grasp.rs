@@ -139,7 +139,7 @@ impl ExpertPicker {
                 } else if self.in_hand(robot) {
                     self.core.note_grasp(robot);
                     if self.core.task.is_none() {
-                        return self.start_pull(grasp.failed);
+                        return self.start_pull(grasp.failed, robot);
                     }
                     grasp.stage = Stage::Holding;
                 } else if self.core.arm.cup().is_none() && self.core.fingers_are_open(robot) {

@@ -3,10 +3,11 @@
 //! The hand withdraws fast while the stem is slack, and then as the pull that it allows itself asks for: that pull rises evenly, waits while the hand
 //! twists the fruit, and rises on to the largest pull. Meanwhile the hand gives way aside, so that the stem bends into the direction of the pull.
 
-use crate::expert::config::LoadConfig;
+use crate::expert::config::{ExpertConfig, LoadConfig};
 use crate::expert::place::Deposit;
 use crate::expert::{ExpertPicker, Next, Phase};
 use crate::picker_core::STILL;
+use crate::plan::Target;
 use crate::record::FailureReason;
 use crate::robot_state::RobotState;
 use orchard_geometry::{Rotation, Vec3, math};
@@ -28,6 +29,8 @@ pub(crate) struct Pull {
     sagging: f64,
     /// Time since the withdrawal ended \[s\]; the smoothed pull lags behind a stem that breaks at the end.
     settled: f64,
+    /// Pull at which the hand twists the fruit, and the largest \[N\].
+    limits: Limits,
     /// Largest pull that the hand allows itself for now \[N\].
     allowed: f64,
     twist: Twist,
@@ -45,6 +48,24 @@ pub(crate) struct Pull {
     failed: u32,
 }
 
+/// Pull at which the hand twists the fruit, and the largest pull \[N\].
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Limits {
+    twist_at: f64,
+    most: f64,
+}
+
+impl Limits {
+    fn of(config: &ExpertConfig, has_beside: bool) -> Self {
+        let (load, beside) = (&config.load, &config.beside);
+        let (twist_at, most) = match has_beside {
+            true => (&beside.twist_at, &beside.most),
+            false => (&load.twist_at, &load.most),
+        };
+        Self { twist_at: twist_at.si(), most: most.si() }
+    }
+}
+
 /// Twist of the fruit by the hand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Twist {
@@ -54,8 +75,9 @@ enum Twist {
 }
 
 impl Pull {
-    fn new(failed: u32, allowed: f64, twist: Twist) -> Self {
+    fn new(failed: u32, allowed: f64, twist: Twist, limits: Limits) -> Self {
         Self {
+            limits,
             force: Vec3::zeros(),
             tension: 0.0,
             peak: 0.0,
@@ -104,14 +126,14 @@ impl Pull {
     }
 
     /// Largest pull \[N\].
-    fn most(&self, load: &LoadConfig) -> f64 {
-        self.bearable.min(load.most.si())
+    fn most(&self) -> f64 {
+        self.bearable.min(self.limits.most)
     }
 
     /// Raises the pull that the hand allows itself, and returns the share of its speed at which it withdraws: below 0 where it pulls more than it
     /// may. `dt` is the time since the last frame \[s\].
     fn ease(&mut self, load: &LoadConfig, dt: f64) -> f64 {
-        let limit = if self.twist == Twist::After { self.most(load) } else { load.twist_at.si() };
+        let limit = if self.twist == Twist::After { self.most() } else { self.limits.twist_at };
         let short = self.allowed - self.force.norm();
         // It waits for the pull, which rises slowly where wood gives way.
         if short < load.lead.si() {
@@ -123,14 +145,26 @@ impl Pull {
 
 impl ExpertPicker {
     /// Starts the hand back along the approach with the fruit.
-    pub(crate) fn start_pull(&mut self, failed: u32) -> Next {
+    pub(crate) fn start_pull(&mut self, failed: u32, robot: &RobotState) -> Next {
         let Some(attempt) = &self.core.attempt else { return Next::Fail(FailureReason::Slipped) };
         let c = &self.core.config;
         let (distance, speed) = (c.pull.distance.si(), c.arm.withdraw_speed.si());
         self.core.motion.go_straight(&self.core.arm, -attempt.plan.direction(), distance, speed, &c.arm);
         // A cup pulls along the stem; it would slip if it twisted.
         let twist = if self.core.arm.cup().is_some() { Twist::After } else { Twist::Before };
-        Next::Enter(Phase::Pull(Pull::new(failed, self.config.load.brisk.si(), twist)))
+        let limits = Limits::of(&self.config, self.has_fruit_beside(robot));
+        let allowed = self.config.load.brisk.si().min(limits.twist_at);
+        Next::Enter(Phase::Pull(Pull::new(failed, allowed, twist, limits)))
+    }
+
+    /// True if fruit hang beside the target.
+    fn has_fruit_beside(&self, robot: &RobotState) -> bool {
+        let (Some(target), Some(attempt)) = (self.core.target_base(robot), &self.core.attempt) else {
+            return false;
+        };
+        let gap = self.config.beside.gap.si();
+        let is_beside = |other: &Target| (other.p - target.p).norm() < target.radius + other.radius + gap;
+        self.core.others(attempt.track, &robot.x_odom_base).iter().any(is_beside)
     }
 
     pub(crate) fn pull(&mut self, mut pull: Pull, robot: &RobotState) -> Next {
@@ -178,7 +212,7 @@ impl ExpertPicker {
             pull.bear_no_more_than(pull.force.norm());
         }
         let bears =
-            pull.twist == Twist::After && pull.allowed >= pull.most(load) && share <= load.last_share.si();
+            pull.twist == Twist::After && pull.allowed >= pull.most() && share <= load.last_share.si();
         let may_bend = self.core.arm.cup().is_none() && pull.bent < 1.0 && !ended;
         if may_bend && (bears || pull.is_bending()) {
             self.bend(&mut pull, &direction, robot.dt);
@@ -225,7 +259,7 @@ impl ExpertPicker {
         let give = -across * (speed / load.give_force.si());
         let give = give * (speed / give.norm().max(speed));
         core.motion.drift_off_line(give, load.give_most.si());
-        if pull.twist == Twist::Before && pull.allowed >= load.twist_at.si() {
+        if pull.twist == Twist::Before && pull.allowed >= pull.limits.twist_at {
             // Fruit beside the held one hang with it: as they lay about the target, so the turned fingers meet them.
             let attempt = core.attempt.as_ref();
             let others = attempt.map_or(Vec::new(), |a| core.others(a.track, &robot.x_odom_base));
@@ -257,7 +291,6 @@ impl ExpertPicker {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::expert::ExpertConfig;
     use orchard_perception::DetectorConfig;
     use orchard_robot::RobotModel;
 
@@ -266,65 +299,68 @@ mod tests {
     /// The allowed pull rises at its rate, waits for the pull and for the twist, and ends at the largest; the hand goes back where it pulls more.
     #[test]
     fn the_allowed_pull_rises_evenly_and_waits() {
-        let load = ExpertConfig::preset().load;
+        let config = ExpertConfig::preset();
+        let (load, limits) = (&config.load, Limits::of(&config, false));
         let (brisk, lead, rate) = (load.brisk.si(), load.lead.si(), load.rate.si());
-        let mut pull = Pull::new(0, brisk, Twist::Before);
+        let mut pull = Pull::new(0, brisk, Twist::Before, limits);
         for _ in 0..600 {
-            assert!(pull.ease(&load, DT) > 0.0);
+            assert!(pull.ease(load, DT) > 0.0);
         }
         assert_eq!(pull.allowed, brisk, "nothing pulls yet");
         pull.force = Vec3::new(0.0, 0.0, -(brisk - 0.5 * lead));
-        pull.ease(&load, DT);
+        pull.ease(load, DT);
         assert!((pull.allowed - brisk - rate * DT).abs() < 1e-12);
         for _ in 0..600 {
             pull.force = Vec3::x() * pull.allowed;
-            pull.ease(&load, DT);
+            pull.ease(load, DT);
         }
-        assert_eq!(pull.allowed, load.twist_at.si());
+        assert_eq!(pull.allowed, limits.twist_at);
         pull.twist = Twist::After;
         for _ in 0..600 {
             pull.force = Vec3::x() * pull.allowed;
-            pull.ease(&load, DT);
+            pull.ease(load, DT);
         }
-        assert_eq!(pull.allowed, load.most.si());
-        assert_eq!(pull.ease(&load, DT), 0.0);
-        pull.force = Vec3::y() * (load.most.si() + 0.5 * load.band.si());
-        assert!((pull.ease(&load, DT) + 0.5).abs() < 1e-12);
+        assert_eq!(pull.allowed, limits.most);
+        assert_eq!(pull.ease(load, DT), 0.0);
+        pull.force = Vec3::y() * (limits.most + 0.5 * load.band.si());
+        assert!((pull.ease(load, DT) + 0.5).abs() < 1e-12);
     }
 
     /// Fingers squeeze by the force felt, never less than at the grasp, and as hard as they may once the gap narrows.
     #[test]
     fn the_squeeze_follows_the_pull() {
-        let load = ExpertConfig::preset().load;
+        let config = ExpertConfig::preset();
+        let (load, limits) = (&config.load, Limits::of(&config, false));
         let (least, most) = (30.0, load.squeeze_most.si());
-        let mut pull = Pull::new(0, load.brisk.si(), Twist::Before);
-        assert_eq!(pull.squeeze(&load, least, 0.07), least);
+        let mut pull = Pull::new(0, load.brisk.si(), Twist::Before, limits);
+        assert_eq!(pull.squeeze(load, least, 0.07), least);
         pull.largest = 17.0;
-        assert_eq!(pull.squeeze(&load, least, 0.07), load.squeeze.si() * 17.0);
+        assert_eq!(pull.squeeze(load, least, 0.07), load.squeeze.si() * 17.0);
         pull.largest = 100.0;
-        assert_eq!(pull.squeeze(&load, least, 0.07), most);
+        assert_eq!(pull.squeeze(load, least, 0.07), most);
         pull.largest = 0.0;
-        assert_eq!(pull.squeeze(&load, least, 0.07 - 0.9 * load.slip.si()), least);
-        assert_eq!(pull.squeeze(&load, least, 0.07 - 1.1 * load.slip.si()), most);
-        assert_eq!(pull.squeeze(&load, least, 0.07), most, "a fruit that slipped may slip again");
-        let mut twisting = Pull::new(0, load.brisk.si(), Twist::During);
-        assert_eq!(twisting.squeeze(&load, least, 0.07), most);
+        assert_eq!(pull.squeeze(load, least, 0.07 - 0.9 * load.slip.si()), least);
+        assert_eq!(pull.squeeze(load, least, 0.07 - 1.1 * load.slip.si()), most);
+        assert_eq!(pull.squeeze(load, least, 0.07), most, "a fruit that slipped may slip again");
+        let mut twisting = Pull::new(0, load.brisk.si(), Twist::During, limits);
+        assert_eq!(twisting.squeeze(load, least, 0.07), most);
     }
 
     /// A fruit that slips ends the rise of the pull below what it bore, before a twist that would free it; the hand then bends the stem.
     #[test]
     fn a_slip_ends_the_rise_of_the_pull() {
-        let load = ExpertConfig::preset().load;
-        let mut pull = Pull::new(0, load.brisk.si(), Twist::Before);
+        let config = ExpertConfig::preset();
+        let (load, limits) = (&config.load, Limits::of(&config, false));
+        let mut pull = Pull::new(0, load.brisk.si(), Twist::Before, limits);
         pull.largest = 20.0;
-        let _ = pull.squeeze(&load, 30.0, 0.07);
-        assert_eq!(pull.most(&load), load.most.si());
-        let _ = pull.squeeze(&load, 30.0, 0.07 - 1.1 * load.slip.si());
+        let _ = pull.squeeze(load, 30.0, 0.07);
+        assert_eq!(pull.most(), limits.most);
+        let _ = pull.squeeze(load, 30.0, 0.07 - 1.1 * load.slip.si());
         let bearable = load.slip_share.si() * 20.0;
-        assert_eq!((pull.most(&load), pull.twist), (bearable, Twist::After));
+        assert_eq!((pull.most(), pull.twist), (bearable, Twist::After));
         pull.force = Vec3::x() * bearable;
         for _ in 0..600 {
-            pull.ease(&load, DT);
+            pull.ease(load, DT);
         }
         assert_eq!(pull.allowed, bearable);
     }
@@ -339,7 +375,7 @@ mod tests {
         core.motion.go_straight(arm, -direction, 0.3, 0.0, &core.config.arm);
         let start = arm.tcp(core.motion.q()).translation.vector;
         let radius = picker.config.load.bend.si();
-        let mut pull = Pull::new(0, 0.0, Twist::After);
+        let mut pull = Pull::new(0, 0.0, Twist::After, Limits::of(&ExpertConfig::preset(), false));
         let (mut lowest, mut highest) = (Vec3::zeros(), Vec3::zeros());
         let mut first_up = 0.0_f64;
         while pull.bent < 1.0 {
