@@ -291,7 +291,7 @@ impl ExpertPicker {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use orchard_perception::DetectorConfig;
+    use orchard_perception::{DetectorConfig, Sighting};
     use orchard_robot::RobotModel;
 
     const DT: f64 = 1.0 / 60.0;
@@ -324,6 +324,24 @@ mod tests {
         assert_eq!(pull.ease(load, DT), 0.0);
         pull.force = Vec3::y() * (limits.most + 0.5 * load.band.si());
         assert!((pull.ease(load, DT) + 0.5).abs() < 1e-12);
+    }
+
+    /// Fruit that hang beside the target, and no others, make the pull a gentler one.
+    #[test]
+    fn fruit_beside_the_target_make_the_pull_gentler() {
+        let model = RobotModel::paper();
+        let target = Target { p: Vec3::new(0.7, 0.0, 0.9), radius: 0.03 };
+        for (off, is_beside) in [(0.075, true), (0.09, false)] {
+            let mut picker = ExpertPicker::new(&model, DetectorConfig::paper(), ExpertConfig::preset());
+            let robot = RobotState { q: *picker.core.motion.q(), ..RobotState::still(1.0) };
+            let plan = picker.core.search(&target, &[], &[]).best().expect("within reach");
+            picker.core.commit(&robot, u32::MAX, target, plan);
+            let sighting = Sighting { p_odom: target.p + Vec3::y() * off, radius: 0.03 };
+            picker.core.perception.tracker.update(1.0, &[sighting]);
+            let Next::Enter(Phase::Pull(pull)) = picker.start_pull(0, &robot) else { panic!("no pull") };
+            assert_eq!(pull.limits, Limits::of(&picker.config, is_beside));
+            assert!((pull.limits.most < picker.config.load.most.si()) == is_beside);
+        }
     }
 
     /// Fingers squeeze by the force felt, never less than at the grasp, and as hard as they may once the gap narrows.
