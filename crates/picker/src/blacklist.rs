@@ -1,6 +1,5 @@
 //! Blacklist: positions of failed attempts, which are not tried again for a while, and directions from which something stopped the hand there, which are tried last.
 
-use crate::plan::Target;
 use crate::record::FailureReason;
 use crate::section::section;
 use orchard_geometry::{Pose, Vec3};
@@ -58,8 +57,8 @@ impl Blacklist {
         Self { config: config.clone(), entries: Vec::new(), refused: Vec::new() }
     }
 
-    /// Adds a target (odom); a failure that would repeat stays longer on the list.
-    pub fn add(&mut self, target: &Target, reason: FailureReason, time: f64) {
+    /// Adds a target by its centre (odom) and radius \[m\]; a failure that would repeat stays longer on the list.
+    pub fn add(&mut self, p_odom: Vec3, radius: f64, reason: FailureReason, time: f64) {
         use FailureReason as R;
         let duration = match reason {
             R::NoFruitAtDetection
@@ -80,9 +79,9 @@ impl Blacklist {
             | R::ArmLoaded => &self.config.short,
         };
         let hemmed_in = reason == R::HemmedIn;
-        let radius = if hemmed_in { target.radius } else { self.config.radius.si() };
+        let radius = if hemmed_in { radius } else { self.config.radius.si() };
         self.entries.retain(|e| e.until > time || e.hemmed_in);
-        self.entries.push(Entry { p_odom: target.p, radius, until: time + duration.si(), hemmed_in });
+        self.entries.push(Entry { p_odom, radius, until: time + duration.si(), hemmed_in });
     }
 
     /// Adds an approach to a target along a direction, both odom, on which something stopped the hand.
@@ -124,20 +123,20 @@ mod tests {
     #[test]
     fn a_fruit_that_is_hemmed_in_waits_for_its_neighbours() {
         let config = ExpertConfig::preset().shared.blacklist;
-        let inner = Target { p: Vec3::new(1.0, 0.0, 1.0), radius: 0.03 };
-        let p_neighbour = inner.p + Vec3::y() * 0.065;
+        let (p_inner, radius) = (Vec3::new(1.0, 0.0, 1.0), 0.03);
+        let p_neighbour = p_inner + Vec3::y() * 0.065;
         let mut list = Blacklist::new(&config);
-        list.add(&inner, FailureReason::HemmedIn, 10.0);
-        assert!(list.contains(&inner.p, 11.0) && !list.contains(&p_neighbour, 11.0));
-        assert!(!list.has_waited(&inner.p, 11.0));
+        list.add(p_inner, radius, FailureReason::HemmedIn, 10.0);
+        assert!(list.contains(&p_inner, 11.0) && !list.contains(&p_neighbour, 11.0));
+        assert!(!list.has_waited(&p_inner, 11.0));
         let late = 10.0 + config.long.si();
-        assert!(!list.contains(&inner.p, late) && list.has_waited(&inner.p, late));
+        assert!(!list.contains(&p_inner, late) && list.has_waited(&p_inner, late));
         list.free_around(&p_neighbour, 0.06);
-        assert!(list.contains(&inner.p, 11.0), "too far away");
+        assert!(list.contains(&p_inner, 11.0), "too far away");
         list.free_around(&p_neighbour, 0.07);
-        assert!(!list.contains(&inner.p, 11.0) && !list.has_waited(&inner.p, late));
+        assert!(!list.contains(&p_inner, 11.0) && !list.has_waited(&p_inner, late));
         // Any other failure holds for the fruit beside it too.
-        list.add(&inner, FailureReason::Slipped, 10.0);
+        list.add(p_inner, radius, FailureReason::Slipped, 10.0);
         assert!(list.contains(&p_neighbour, 11.0) && !list.has_waited(&p_neighbour, late));
     }
 

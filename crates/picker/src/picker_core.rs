@@ -461,7 +461,7 @@ impl PickerCore {
         self.perception.tracker.forget(attempt.track);
         self.side.note(end);
         if let AttemptEnd::Failed(reason) = end {
-            self.blacklist.add(&attempt.target, reason, robot.time);
+            self.blacklist.add(attempt.target.p, attempt.target.radius, reason, robot.time);
         }
         Some(attempt)
     }
