@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, SymmetricEigen};
 use orchard_camera::{Geometry, Item, Label};
 use orchard_geometry::{Shape, Vec3, transform};
 use orchard_multibody::{ColliderId, StepReport};
+use orchard_picker::ExpertConfig;
 use orchard_robot::RobotModel;
 use orchard_spec::{Preset, Spec};
 use orchard_world::groups::{LOOSE_GROUPS, SCENERY_GROUPS};
@@ -242,4 +243,17 @@ fn uprights_sway_in_the_measured_band() {
     let median = frequencies[frequencies.len() / 2];
     println!("{frequencies:.1?}");
     assert!((5.0..=12.0).contains(&median), "{frequencies:.1?}");
+}
+
+/// A robot that drives round the end of a row, at the expert's distance from it, has 2 m left to the end of the world.
+#[test]
+fn the_way_round_a_row_lies_within_the_world() {
+    let clearance = ExpertConfig::preset().shared.drive.row_clearance.si();
+    for preset in TRAINED {
+        let spec = Spec::preset(preset);
+        let row = spec.scenery.as_ref().expect("posts and wires");
+        let half = 0.5 * f64::from(row.posts.get() - 1) * row.post_spacing.si();
+        let farthest = (half + clearance).hypot(clearance);
+        assert!(farthest + 2.0 < spec.sim.plausible_extent.si(), "{preset}: {farthest} m");
+    }
 }
