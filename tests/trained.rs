@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, SymmetricEigen};
 use orchard_camera::{Geometry, Item, Label};
-use orchard_geometry::{Shape, Vec3, transform};
+use orchard_geometry::{Shape, Vec3, math, transform};
 use orchard_multibody::{ColliderId, StepReport};
 use orchard_picker::ExpertConfig;
 use orchard_robot::RobotModel;
@@ -253,7 +253,7 @@ fn the_way_round_a_row_lies_within_the_world() {
         let spec = Spec::preset(preset);
         let row = spec.scenery.as_ref().expect("posts and wires");
         let half = 0.5 * f64::from(row.posts.get() - 1) * row.post_spacing.si();
-        let farthest = (half + clearance).hypot(clearance);
+        let farthest = math::hypot(half + clearance, clearance);
         assert!(farthest + 2.0 < spec.sim.plausible_extent.si(), "{preset}: {farthest} m");
     }
 }
