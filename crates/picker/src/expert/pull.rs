@@ -56,13 +56,14 @@ struct Limits {
 }
 
 impl Limits {
+    /// Those of the load; beside other fruit no more than theirs.
     fn of(config: &ExpertConfig, has_beside: bool) -> Self {
         let (load, beside) = (&config.load, &config.beside);
-        let (twist_at, most) = match has_beside {
-            true => (&beside.twist_at, &beside.most),
-            false => (&load.twist_at, &load.most),
-        };
-        Self { twist_at: twist_at.si(), most: most.si() }
+        let (twist_at, most) = (load.twist_at.si(), load.most.si());
+        match has_beside {
+            true => Self { twist_at: twist_at.min(beside.twist_at.si()), most: most.min(beside.most.si()) },
+            false => Self { twist_at, most },
+        }
     }
 }
 
