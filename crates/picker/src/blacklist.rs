@@ -140,7 +140,7 @@ mod tests {
         assert!(list.contains(&p_neighbour, 11.0) && !list.has_waited(&p_neighbour, late));
     }
 
-    /// What stopped the hand at a fruit is told in the frame of any base, until a fruit beside it is gone.
+    /// A refused direction is turned into the frame of the base that asks for it, and is forgotten once a fruit beside it is gone.
     #[test]
     fn a_refused_direction_is_told_in_the_frame_of_the_base() {
         let mut list = Blacklist::new(&ExpertConfig::preset().shared.blacklist);
