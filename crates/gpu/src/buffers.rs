@@ -32,6 +32,10 @@ pub(crate) struct Buffers {
     table: wgpu::Buffer,
 }
 
+/// Uses of a buffer of constants, which is a uniform buffer, or one of storage where the device is in software.
+pub(crate) const CONSTANTS: BufferUsages =
+    BufferUsages::UNIFORM.union(BufferUsages::STORAGE).union(BufferUsages::COPY_DST);
+
 /// The last buffer that a pass binds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Use {
@@ -78,7 +82,7 @@ impl Buffers {
         let storage = |label, bytes: usize| create_buffer(gpu, label, size(bytes), copied);
         let rules = RULES_STRIDE * PASSES_AT_ONCE;
         Self {
-            rules: create_buffer(gpu, "rules", rules, BufferUsages::UNIFORM | BufferUsages::COPY_DST),
+            rules: create_buffer(gpu, "rules", rules, CONSTANTS),
             tiles: storage("tiles", size_of_val(&*memory.tiles)),
             operations: storage("operations", size_of_val(&*memory.operations)),
             states: storage("states", size_of_val(&*memory.states)),

@@ -16,8 +16,9 @@ use crate::robots::pipelines::RobotPipelines;
 use crate::schedule::WARPS;
 use crate::worlds::pipelines::{QuadPipelines, WorldPipelines};
 
-/// Number of storage buffers that the kernels bind.
+/// Number of storage buffers that the kernels bind, and of uniform buffers, which are storage buffers on a device in software.
 const STORAGE_BUFFERS: u32 = 8;
+const UNIFORMS: u32 = 2;
 
 /// Workgroup memory that the contacts of a world take [bytes], rounded up.
 pub(crate) const WORKGROUP_STORAGE: u32 = 24 << 10;
@@ -167,8 +168,9 @@ impl Gpu {
             .map_err(|e| GpuError::NoAdapter(one_line(&e.to_string())))?;
         let (info, has) = (info_of(&adapter), adapter.limits());
         let unusable = |why: String| GpuError::Unusable { adapter: info.name.clone(), why };
+        let storage_buffers = STORAGE_BUFFERS + if info.is_software { UNIFORMS } else { 0 };
         for (what, needed, has) in [
-            ("storage buffers for a kernel", STORAGE_BUFFERS, has.max_storage_buffers_per_shader_stage),
+            ("storage buffers for a kernel", storage_buffers, has.max_storage_buffers_per_shader_stage),
             ("threads in a workgroup", (LANES * WARPS) as u32, has.max_compute_invocations_per_workgroup),
         ] {
             if has < needed {
@@ -186,7 +188,7 @@ impl Gpu {
             max_compute_workgroup_storage_size: has
                 .max_compute_workgroup_storage_size
                 .clamp(least, WORKGROUP_STORAGE.max(least)),
-            max_storage_buffers_per_shader_stage: STORAGE_BUFFERS,
+            max_storage_buffers_per_shader_stage: storage_buffers,
             max_compute_invocations_per_workgroup: (LANES * WARPS) as u32,
             ..required_limits
         };

@@ -2,7 +2,9 @@
 
 use std::sync::OnceLock;
 
-use wgpu::{BufferBindingType, ComputePipeline, PipelineCompilationOptions, PipelineLayout, ShaderModule};
+use wgpu::{
+    BufferBindingType, ComputePipeline, DeviceType, PipelineCompilationOptions, PipelineLayout, ShaderModule,
+};
 
 use crate::laws::Laws;
 pub(crate) use crate::passes::Pass;
@@ -54,6 +56,9 @@ impl Kernels {
         source: String,
         buffers: &[(BufferBindingType, bool)],
     ) -> Self {
+        // Mesa's driver in software compiles a kernel whose branches depend on uniforms anew in every dispatch (`docs/decisions/0036-constants-in-storage.md`).
+        let stores = device.adapter_info().device_type == DeviceType::Cpu;
+        let source = if stores { source.replace("var<uniform>", "var<storage, read>") } else { source };
         let module = without_loop_counters(
             device,
             wgpu::ShaderModuleDescriptor {
@@ -63,11 +68,15 @@ impl Kernels {
         );
         let entries: Vec<_> = (0..)
             .zip(buffers)
-            .map(|(binding, &(ty, has_dynamic_offset))| wgpu::BindGroupLayoutEntry {
-                binding,
-                visibility: wgpu::ShaderStages::COMPUTE,
-                ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset, min_binding_size: None },
-                count: None,
+            .map(|(binding, &(ty, has_dynamic_offset))| {
+                let is_stored = stores && ty == BufferBindingType::Uniform;
+                let ty = if is_stored { BufferBindingType::Storage { read_only: true } } else { ty };
+                wgpu::BindGroupLayoutEntry {
+                    binding,
+                    visibility: wgpu::ShaderStages::COMPUTE,
+                    ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset, min_binding_size: None },
+                    count: None,
+                }
             })
             .collect();
         let bindings = device

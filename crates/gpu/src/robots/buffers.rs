@@ -4,7 +4,7 @@ use wgpu::BufferUsages;
 
 use super::pipelines::RobotPass;
 use super::table::Table;
-use crate::buffers::{allocated, check_limits, create_buffer};
+use crate::buffers::{CONSTANTS, allocated, check_limits, create_buffer};
 use crate::device::{Gpu, GpuError};
 use crate::layout::LANES;
 
@@ -37,8 +37,7 @@ impl RobotBuffers {
         };
         let each = (size_of_val(states) + 4 * commands) / worlds.max(1);
         let [robots, commands] = allocated(gpu, worlds, each, of_worlds)?;
-        let uniform = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
-        let constants = create_buffer(gpu, "robot", size_of::<Table>(), uniform);
+        let constants = create_buffer(gpu, "robot", size_of::<Table>(), CONSTANTS);
         gpu.queue.write_buffer(&constants, 0, bytemuck::bytes_of(table));
         gpu.queue.write_buffer(&robots, 0, bytemuck::cast_slice(states));
         let entries: Vec<_> = (0..)
