@@ -148,6 +148,8 @@ section! {
         twist_at: Quantity,
         /// Largest pull.
         most: Quantity,
+        /// Largest squeeze.
+        squeeze_most: Quantity,
     }
 }
 

@@ -11,6 +11,7 @@ use crate::plan::Target;
 use crate::record::FailureReason;
 use crate::robot_state::RobotState;
 use orchard_geometry::{Rotation, Vec3, math};
+use orchard_quantity::Quantity;
 use std::f64::consts::TAU;
 
 /// Share of the circle of a bend after which the hand has its radius.
@@ -29,7 +30,6 @@ pub(crate) struct Pull {
     sagging: f64,
     /// Time since the withdrawal ended \[s\]; the smoothed pull lags behind a stem that breaks at the end.
     settled: f64,
-    /// Pull at which the hand twists the fruit, and the largest \[N\].
     limits: Limits,
     /// Largest pull that the hand allows itself for now \[N\].
     allowed: f64,
@@ -48,21 +48,26 @@ pub(crate) struct Pull {
     failed: u32,
 }
 
-/// Pull at which the hand twists the fruit, and the largest pull \[N\].
+/// Pull at which the hand twists the fruit, the largest pull, and the largest squeeze \[N\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Limits {
     twist_at: f64,
     most: f64,
+    squeeze: f64,
 }
 
 impl Limits {
     /// Those of the load; beside other fruit no more than theirs.
     fn of(config: &ExpertConfig, has_beside: bool) -> Self {
         let (load, beside) = (&config.load, &config.beside);
-        let (twist_at, most) = (load.twist_at.si(), load.most.si());
-        match has_beside {
-            true => Self { twist_at: twist_at.min(beside.twist_at.si()), most: most.min(beside.most.si()) },
-            false => Self { twist_at, most },
+        let limit = |own: &Quantity, theirs: &Quantity| {
+            let own = own.si();
+            if has_beside { own.min(theirs.si()) } else { own }
+        };
+        Self {
+            twist_at: limit(&load.twist_at, &beside.twist_at),
+            most: limit(&load.most, &beside.most),
+            squeeze: limit(&load.squeeze_most, &beside.squeeze_most),
         }
     }
 }
@@ -105,7 +110,7 @@ impl Pull {
     /// slips. `least` is that of the grasp \[N\], `width` the gap between the fingers \[m\].
     fn squeeze(&mut self, load: &LoadConfig, least: f64, width: f64) -> f64 {
         self.width = self.width.max(width);
-        let most = load.squeeze_most.si();
+        let most = self.limits.squeeze;
         if !self.slipped && self.width - width > load.slip.si() {
             self.slipped = true;
             self.bear_no_more_than(load.slip_share.si() * self.largest);
@@ -342,6 +347,7 @@ mod tests {
             let Next::Enter(Phase::Pull(pull)) = picker.start_pull(0, &robot) else { panic!("no pull") };
             assert_eq!(pull.limits, Limits::of(&picker.config, is_beside));
             assert!((pull.limits.most < picker.config.load.most.si()) == is_beside);
+            assert!((pull.limits.squeeze < picker.config.load.squeeze_most.si()) == is_beside);
         }
     }
 
@@ -350,7 +356,7 @@ mod tests {
     fn the_squeeze_follows_the_pull() {
         let config = ExpertConfig::preset();
         let (load, limits) = (&config.load, Limits::of(&config, false));
-        let (least, most) = (30.0, load.squeeze_most.si());
+        let (least, most) = (30.0, limits.squeeze);
         let mut pull = Pull::new(0, load.brisk.si(), Twist::Before, limits);
         assert_eq!(pull.squeeze(load, least, 0.07), least);
         pull.largest = 17.0;
