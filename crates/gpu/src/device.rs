@@ -11,7 +11,7 @@ use crate::BatchError;
 use crate::images::pipelines::ImagePipelines;
 use crate::laws::Laws;
 use crate::layout::LANES;
-use crate::pipelines::Pipelines;
+use crate::pipelines::{Pipelines, is_software};
 use crate::robots::pipelines::RobotPipelines;
 use crate::schedule::WARPS;
 use crate::worlds::pipelines::{QuadPipelines, WorldPipelines};
@@ -293,7 +293,7 @@ fn info_of(adapter: &wgpu::Adapter) -> GpuInfo {
         name: info.name,
         backend: format!("{:?}", info.backend),
         driver: format!("{} {}", info.driver, info.driver_info).trim().to_owned(),
-        is_software: info.device_type == DeviceType::Cpu,
+        is_software: is_software(info.device_type),
         is_discrete: info.device_type == DeviceType::DiscreteGpu,
         has_subgroups: adapter.features().contains(Features::SUBGROUP),
         workgroup_storage: limits.max_compute_workgroup_storage_size,

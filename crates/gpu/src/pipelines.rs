@@ -38,6 +38,11 @@ impl Pipelines {
     }
 }
 
+/// True if adapters of a kind run in software on the processor.
+pub(crate) fn is_software(kind: DeviceType) -> bool {
+    kind == DeviceType::Cpu
+}
+
 /// A module of kernels, all with the same bindings.
 #[derive(Debug)]
 pub(crate) struct Kernels {
@@ -57,7 +62,7 @@ impl Kernels {
         buffers: &[(BufferBindingType, bool)],
     ) -> Self {
         // Mesa's driver in software compiles a kernel whose branches depend on uniforms anew in every dispatch (`docs/decisions/0036-constants-in-storage.md`).
-        let stores = device.adapter_info().device_type == DeviceType::Cpu;
+        let stores = is_software(device.adapter_info().device_type);
         let source = if stores { source.replace("var<uniform>", "var<storage, read>") } else { source };
         let module = without_loop_counters(
             device,
