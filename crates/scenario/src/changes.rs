@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::limits;
 use crate::resolve::detector;
-use crate::{Names, OptionValue, Scenario, ScenarioError, SceneNames, detector_for, robot};
+use crate::{Names, OptionValue, Scenario, ScenarioError, SceneNames, detector_for, image_detector_for, robot};
 use orchard_perception::config::LEARNED;
 
 /// Differences from a scenario. A field without a value leaves its part of the scenario as it is.
@@ -94,6 +94,23 @@ impl Scenario {
             scene.robot = found.name;
         }
         changed.names = Names { scene, ..changed.names };
+        Ok(changed)
+    }
+
+    /// Returns the scenario for single images, which come with colour: with the detector of [`image_detector_for`], unless somebody named a detector.
+    ///
+    /// # Errors
+    /// The detector does not fit the camera.
+    pub fn for_images(&self) -> Result<Self, ScenarioError> {
+        let camera = self.spec.camera.name();
+        let name = image_detector_for(camera, true);
+        if !self.detector_by_default || name == self.names.scene.detector {
+            return Ok(self.clone());
+        }
+        let given = OptionValue::new(name, format!("the detector for images of camera {camera}"));
+        let mut changed = self.clone();
+        changed.detector = detector(&given, camera)?;
+        name.clone_into(&mut changed.names.scene.detector);
         Ok(changed)
     }
 

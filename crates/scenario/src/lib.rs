@@ -52,6 +52,8 @@ pub struct Scenario {
     /// The robot's files, if it does not come with the program.
     robot_files: Option<Arc<RobotFiles>>,
     detector: DetectorConfig,
+    /// True if nobody named the detector.
+    detector_by_default: bool,
     controller: Arc<dyn ControllerKind>,
     /// Changed figures of the protocol, as TOML tables.
     rules: toml::Table,

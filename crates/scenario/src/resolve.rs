@@ -103,6 +103,7 @@ impl Scenario {
             robot: robot.robot,
             robot_files: robot.files,
             detector: detector_config,
+            detector_by_default: options.detector.is_none(),
             controller: Arc::new(Kind::default()),
             rules: options.rules.as_ref().map(|(_, rules)| rules.clone()).unwrap_or_default(),
             layers,

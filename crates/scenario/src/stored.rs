@@ -35,6 +35,9 @@ pub struct StoredScenario {
     /// The detector's config.
     #[serde(deserialize_with = "config")]
     pub detector_config: Box<DetectorConfig>,
+    /// True if nobody named the detector, so that each task takes its own default.
+    #[serde(default)]
+    pub detector_by_default: bool,
     /// Config texts of the controller, by name.
     pub controller_configs: Vec<(String, String)>,
     /// Files that the controller is made of, by name, in base64: those of a policy.
@@ -74,6 +77,7 @@ impl Scenario {
             tree_file: self.tree.as_deref().cloned(),
             robot_files: self.robot_files.as_deref().cloned().map(Box::new),
             detector_config: Box::new(self.detector.clone()),
+            detector_by_default: self.detector_by_default,
             controller_configs: self.controller.configs(),
             controller_files: {
                 let files = self.controller.files().into_iter();
@@ -106,6 +110,7 @@ impl Scenario {
             spec: Arc::new((*stored.world).clone()),
             tree: stored.tree_file.clone().map(Arc::new),
             detector: (*stored.detector_config).clone(),
+            detector_by_default: stored.detector_by_default,
             rules: stored.rules.clone(),
             layers: Layers::of_one(by, &stored.world),
             names,

@@ -122,6 +122,23 @@ fn the_network_goes_with_every_camera() {
     assert!(e.starts_with("condition x: detector") && e.contains("eyes"), "{e}");
 }
 
+/// Single images are searched by the network that sees colour unless somebody named a detector, also after the scenario was stored.
+#[test]
+fn single_images_have_a_default_of_their_own() {
+    let names = |options: &[(&str, &str)]| {
+        let scenario = Scenario::of(options).unwrap();
+        let again =
+            Scenario::from_stored(&scenario.stored(), &orchard_scenario::controllers(), "test").unwrap();
+        let images = again.for_images().unwrap();
+        assert_eq!(images.detector().sees_colour(), images.names().scene.detector == "learned-colour");
+        (scenario.names().scene.detector.clone(), images.names().scene.detector.clone())
+    };
+    let (own, learned) = ("d435i".to_owned(), "learned-colour".to_owned());
+    assert_eq!(names(&[("camera", "d435i")]), (own.clone(), learned));
+    assert_eq!(names(&[("camera", "d435i"), ("detector", "d435i")]), (own.clone(), own));
+    assert_eq!(names(&[]), ("paper".to_owned(), "paper".to_owned()));
+}
+
 /// A world of a detector that looks at colour takes a colour image with each depth image; another takes none.
 #[test]
 fn colour_comes_with_depth_for_a_detector_that_looks_at_it() {

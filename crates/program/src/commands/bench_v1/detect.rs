@@ -24,11 +24,12 @@ pub struct Detecting {
 }
 
 impl Detecting {
-    /// Plans the task.
+    /// Plans the task, with the default detector of images from files unless somebody named one.
     pub fn new(scenario: &Scenario, trees: &TreeExtent) -> Result<Self, Failure> {
-        let plan = DetectPlan::new(scenario, &trees.profile, trees.seeds.clone(), trees.trees)?;
+        let scenario = scenario.for_images().map_err(|e| Failure::BadInput(e.to_string()))?;
+        let plan = DetectPlan::new(&scenario, &trees.profile, trees.seeds.clone(), trees.trees)?;
         plan.check()?;
-        Ok(Self { scenario: scenario.clone(), plan })
+        Ok(Self { scenario, plan })
     }
 }
 
