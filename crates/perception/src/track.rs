@@ -10,6 +10,8 @@ pub struct Sighting {
     pub p_odom: Vec3,
     /// Radius \[m\].
     pub radius: f64,
+    /// Probability that it is a fruit; 1 if nothing is known of it.
+    pub score: f64,
 }
 
 /// A fruit that has been seen in one or more images.
@@ -21,6 +23,8 @@ pub struct Track {
     pub p_odom: Vec3,
     /// Radius, averaged over the sightings \[m\].
     pub radius: f64,
+    /// Score, averaged over the sightings.
+    pub score: f64,
     /// Number of images that showed the fruit.
     pub hits: u32,
     /// Time of the last sighting \[s\].
@@ -90,6 +94,7 @@ impl Tracker {
                 id: self.next_id,
                 p_odom: sighting.p_odom,
                 radius: sighting.radius,
+                score: sighting.score,
                 hits: 1,
                 last_seen: time,
                 confirmed: self.config.hits <= 1,
@@ -126,6 +131,7 @@ impl Track {
         let weight = 1.0 / f64::from(self.hits.min(limits.memory.max(1)));
         self.p_odom += (sighting.p_odom - self.p_odom) * weight;
         self.radius += (sighting.radius - self.radius) * weight;
+        self.score += (sighting.score - self.score) * weight;
         self.last_seen = time;
         self.confirmed |= self.hits >= limits.hits;
     }
@@ -136,7 +142,7 @@ mod tests {
     use super::*;
 
     fn sighting(x: f64) -> Sighting {
-        Sighting { p_odom: Vec3::new(x, 0.0, 1.0), radius: 0.03 }
+        Sighting { p_odom: Vec3::new(x, 0.0, 1.0), radius: 0.03, score: 1.0 }
     }
 
     #[test]
@@ -223,7 +229,7 @@ mod tests {
     fn a_sighting_that_is_not_finite_is_ignored() {
         let mut tracker = Tracker::new(&DetectorConfig::paper());
         for x in [f64::NAN, f64::INFINITY] {
-            tracker.update(0.0, &[sighting(x), Sighting { p_odom: Vec3::zeros(), radius: x }]);
+            tracker.update(0.0, &[sighting(x), Sighting { p_odom: Vec3::zeros(), radius: x, score: 1.0 }]);
         }
         assert!(tracker.tracks().is_empty());
         tracker.update(0.0, &[sighting(f64::NAN), sighting(0.0)]);

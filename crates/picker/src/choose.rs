@@ -28,7 +28,10 @@ impl PickerCore {
         let is_free = self.mobility.is_free();
         let eligible = self.perception.tracker.confirmed().filter(|t| self.is_eligible(t, robot));
         let mut tracks: Vec<(f64, Track)> = match is_free {
-            true => eligible.map(|t| (self.least_drive(robot, t), *t)).collect(),
+            true => {
+                let drive_cost = self.config.align.drive_cost.si();
+                eligible.map(|t| (drive_cost * self.least_drive(robot, t) + self.doubt(t), *t)).collect()
+            }
             false => eligible.filter_map(|t| Some((self.least_reach(robot, t)?, *t))).collect(),
         };
         tracks.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.id.cmp(&b.1.id)));
@@ -45,6 +48,11 @@ impl PickerCore {
         let fits = self.arm.cup().is_some() || track.radius + grasp.clearance.si() <= grasp.opening.si();
         fits && self.config.scan.height.contains_si(height)
             && !self.blacklist.contains(&track.p_odom, robot.time)
+    }
+
+    /// Cost of the chance that a track is no fruit, so that its attempt is in vain.
+    fn doubt(&self, track: &Track) -> f64 {
+        (1.0 - track.score) * self.config.align.doubt_cost.si()
     }
 
     fn nominal_standoff(&self) -> f64 {
@@ -157,13 +165,14 @@ impl PickerCore {
         }
         let there = goal.pose(robot.x_odom_base.translation.z);
         let seen: Vec<SeenPoint> = points.iter().map(|point| point.within(&there)).collect();
+        let target = Target { p: track.p_odom, radius: track.radius };
         let target_there = Target { p: inverse_transform(&there, &track.p_odom), radius: track.radius };
         let search = Search {
             arm: &self.arm,
             config: &self.config,
             target: &target_there,
             points: &seen,
-            others: &self.others(track.id, &there),
+            others: &self.others(track.id, &target, &there),
             refused: &self.blacklist.refused(&track.p_odom, &there),
             q_start: &self.postures.carry(),
             reach_margin: self.config.approach.reach_margin.si(),
@@ -172,7 +181,7 @@ impl PickerCore {
         let crowd = seen.iter().filter(|point| self.is_crowding(&point.p)).count() as f64;
         let c = &self.config.align;
         let cost = self.drive_cost(robot, &goal) * c.drive_cost.si() + plan.cost + crowd * c.crowd_cost.si();
-        let target = Target { p: track.p_odom, radius: track.radius };
+        let cost = cost + self.doubt(track);
         Some(Choice { track: track.id, target, goal, plan, cost })
     }
 
@@ -213,7 +222,8 @@ mod tests {
             }
         }
         let p_odom = Vec3::new(x + 0.05, 1.4, 0.9);
-        let track = Track { id: 0, p_odom, radius: 0.03, hits: 9, last_seen: 0.0, confirmed: true };
+        let track =
+            Track { id: 0, p_odom, radius: 0.03, score: 1.0, hits: 9, last_seen: 0.0, confirmed: true };
         let choice = core.place_for(&track, &RobotState::still(0.0)).expect("a place");
         assert!(choice.goal.x < x - 0.5, "{:?}", choice.goal);
     }
@@ -226,7 +236,7 @@ mod tests {
             let config = config.tuned(&robot).expect("in range");
             let p_odom = Vec3::new(1.0, 0.0, 1.0);
             let core = PickerCore::new(&robot, DetectorConfig::paper(), config, State::Scan);
-            let track = Track { id: 0, p_odom, radius, hits: 9, last_seen: 0.0, confirmed: true };
+            let track = Track { id: 0, p_odom, radius, score: 1.0, hits: 9, last_seen: 0.0, confirmed: true };
             core.is_eligible(&track, &RobotState::still(0.0))
         };
         let (expert, baseline) = (ExpertConfig::preset().shared, PickerConfig::baseline());

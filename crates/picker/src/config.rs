@@ -189,6 +189,8 @@ section! {
         candidates: Count,
         /// Cost of one metre of driving, in points in the path.
         drive_cost: Quantity,
+        /// Cost of a target that is surely no fruit, in points in the path.
+        doubt_cost: Quantity,
         /// Cost of a point where the robot would stand, in points in the path.
         crowd_cost: Quantity,
         /// Room of chassis and arm: half-length.
@@ -244,6 +246,8 @@ section! {
         brush_cost: Quantity,
         /// Number of images that must have shown another fruit for it to count.
         neighbour_hits: Count,
+        /// Distance from a target within which a sighting is of the target itself, in its radii: two apples side by side are two radii apart.
+        same_fruit: Quantity,
         /// Cost of one radian of turning from the preferred direction, in points in the path.
         turn_cost: Quantity,
         /// Cost of one radian of the joint that moves farthest, in points in the path.

@@ -7,7 +7,7 @@ use crate::robot_state::RobotState;
 use crate::wires::{WiresConfig, thin_points};
 use crate::wood_memory::WoodMemory;
 use orchard_geometry::{DepthImage, Image, Intrinsics, Pose, Shape, Vec3, inverse_transform, transform};
-use orchard_perception::{DetectorConfig, RgbdImage, Sighting, Tracker, detect, mask};
+use orchard_perception::{Detection, DetectorConfig, RgbdImage, Sighting, Tracker, detect, mask};
 use orchard_robot::ArmKinematics;
 use std::collections::VecDeque;
 
@@ -124,9 +124,12 @@ impl Perception {
 
         // An image that the detector refuses has no detections.
         let detections = detect(image, intrinsics, Some(&ignored), &self.detector).unwrap_or_default();
+        // What the gates let through is a fruit.
+        let score = |d: &Detection| if self.detector.score.on { d.score } else { 1.0 };
+        let p_odom = |d: &Detection| transform(&x_odom_camera, &d.p_camera);
         self.sightings = detections
             .iter()
-            .map(|d| Sighting { p_odom: transform(&x_odom_camera, &d.p_camera), radius: d.radius })
+            .map(|d| Sighting { p_odom: p_odom(d), radius: d.radius, score: score(d) })
             .collect();
         let not_on_deck: Vec<Sighting> =
             self.sightings.iter().filter(|s| !self.over_deck(&s.p_odom, robot)).copied().collect();

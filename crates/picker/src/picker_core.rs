@@ -17,7 +17,7 @@ use crate::trail::Trail;
 use crate::walls::Walls;
 use crate::watch::Watch;
 use orchard_geometry::{DepthImage, Intrinsics, Pose, Vec3, inverse_transform};
-use orchard_perception::{DetectorConfig, RgbdImage};
+use orchard_perception::{DetectorConfig, RgbdImage, Track};
 use orchard_robot::{ArmKinematics, Command, JointValues, JointVector, Observation, RobotModel, Wrench};
 
 /// Sensing, belief and set points of a picker; its state machine makes the decisions.
@@ -386,15 +386,20 @@ impl PickerCore {
         Some(GraspPlan { q_look, ..plan.clone() })
     }
 
-    /// Known fruit other than a track, in the frame of a base at this pose.
-    pub fn others(&self, track: u32, x_odom_base: &Pose) -> Vec<Target> {
-        let least = self.config.approach.neighbour_hits.get();
-        let others = self
-            .perception
-            .tracker
-            .tracks()
-            .iter()
-            .filter(|t| t.id != track && (t.confirmed || t.hits >= least));
+    /// Known fruit other than the attempt's target, in the frame of a base at this pose.
+    pub fn others_than_target(&self, x_odom_base: &Pose) -> Vec<Target> {
+        self.attempt.as_ref().map_or(Vec::new(), |a| self.others(a.track, &a.target, x_odom_base))
+    }
+
+    /// Known fruit other than a target (odom), in the frame of a base at this pose. Tracks nearer to it than two fruit can hang are sightings of the target. Its own
+    /// track, which may have gone over to a neighbour, is another fruit where there is one.
+    pub fn others(&self, own: u32, target: &Target, x_odom_base: &Pose) -> Vec<Target> {
+        let (least, tracks) = (self.config.approach.neighbour_hits.get(), self.perception.tracker.tracks());
+        let same = self.config.approach.same_fruit.si() * target.radius;
+        let is_target = |t: &Track| (t.p_odom - target.p).norm() < same;
+        let is_seen_there = tracks.iter().any(is_target);
+        let is_own = |t: &Track| is_target(t) || (t.id == own && !is_seen_there);
+        let others = tracks.iter().filter(|t| !is_own(t) && (t.confirmed || t.hits >= least));
         others.map(|t| Target { p: inverse_transform(x_odom_base, &t.p_odom), radius: t.radius }).collect()
     }
 

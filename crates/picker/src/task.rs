@@ -35,7 +35,7 @@ impl AssignedTask {
     /// Returns a track at the target, as if the fruit had been seen.
     pub fn track(&self, time: f64) -> Track {
         let Target { p, radius } = self.target;
-        Track { id: TRACK, p_odom: p, radius, hits: u32::MAX, last_seen: time, confirmed: true }
+        Track { id: TRACK, p_odom: p, radius, score: 1.0, hits: u32::MAX, last_seen: time, confirmed: true }
     }
 
     /// Returns a picker's config with the changes that the task needs.

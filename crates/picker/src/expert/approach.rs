@@ -94,7 +94,7 @@ impl ExpertPicker {
             Target { p: inverse_transform(&there, &attempt.target.p), radius: attempt.target.radius };
         let points: Vec<SeenPoint> =
             self.core.perception.points().map(|point| point.within(&there)).collect();
-        let others = self.core.others(attempt.track, &there);
+        let others = self.core.others_than_target(&there);
         let refused = self.core.blacklist.refused(&attempt.target.p, &there);
         let plan = self.clearest_approach(&target, &points, &others, &refused, |_| true);
         if let (Some(plan), Some(attempt)) = (plan, &mut self.core.attempt) {
@@ -144,8 +144,7 @@ impl ExpertPicker {
     ) -> bool {
         let Some(target) = self.core.target_base(robot) else { return false };
         let points = self.core.points_base(robot);
-        let track = self.core.attempt.as_ref().map_or(u32::MAX, |a| a.track);
-        let others = self.core.others(track, &robot.x_odom_base);
+        let others = self.core.others_than_target(&robot.x_odom_base);
         let refused = self.refused(robot);
         self.clearest_approach(&target, &points, &others, &refused, is_allowed)
             .is_some_and(|plan| self.look_from(plan, caution))
@@ -242,7 +241,7 @@ impl ExpertPicker {
         if self.core.task.is_some() || self.core.blacklist.has_waited(&attempt.target.p, robot.time) {
             return false;
         }
-        let others = self.core.others(attempt.track, &robot.x_odom_base);
+        let others = self.core.others_than_target(&robot.x_odom_base);
         self.core.search(&target, &[], &others).brushed(&attempt.plan.rotation) > 0
     }
 
@@ -251,7 +250,7 @@ impl ExpertPicker {
         let (Some(target), Some(attempt)) = (self.core.target_base(robot), &self.core.attempt) else {
             return false;
         };
-        let others = self.core.others(attempt.track, &robot.x_odom_base);
+        let others = self.core.others_than_target(&robot.x_odom_base);
         let search = self.core.search(&target, &[], &others);
         let brushed = search.brushed(&attempt.plan.rotation);
         if brushed == 0 {
@@ -306,7 +305,7 @@ mod tests {
             picker.core.commit(&robot, u32::MAX, target, plan.expect("within reach"));
             if beside {
                 let at = |y: f64| transform(&robot.x_odom_base, &(p_target + Vec3::y() * y));
-                let sightings = [0.07, -0.07].map(|y| Sighting { p_odom: at(y), radius: 0.03 });
+                let sightings = [0.07, -0.07].map(|y| Sighting { p_odom: at(y), radius: 0.03, score: 1.0 });
                 picker.core.perception.tracker.update(1.0, &sightings);
             }
             let before = picker.core.attempt.clone().expect("committed").plan;

@@ -165,12 +165,10 @@ impl ExpertPicker {
 
     /// True if fruit hang beside the target.
     fn has_fruit_beside(&self, robot: &RobotState) -> bool {
-        let (Some(target), Some(attempt)) = (self.core.target_base(robot), &self.core.attempt) else {
-            return false;
-        };
+        let Some(target) = self.core.target_base(robot) else { return false };
         let gap = self.config.beside.gap.si();
         let is_beside = |other: &Target| (other.p - target.p).norm() < target.radius + other.radius + gap;
-        self.core.others(attempt.track, &robot.x_odom_base).iter().any(is_beside)
+        self.core.others_than_target(&robot.x_odom_base).iter().any(is_beside)
     }
 
     pub(crate) fn pull(&mut self, mut pull: Pull, robot: &RobotState) -> Next {
@@ -267,9 +265,8 @@ impl ExpertPicker {
         core.motion.drift_off_line(give, load.give_most.si());
         if pull.twist == Twist::Before && pull.allowed >= pull.limits.twist_at {
             // Fruit beside the held one hang with it: as they lay about the target, so the turned fingers meet them.
-            let attempt = core.attempt.as_ref();
-            let others = attempt.map_or(Vec::new(), |a| core.others(a.track, &robot.x_odom_base));
-            let held = core.target_base(robot).zip(attempt.map(|a| a.plan.rotation));
+            let others = core.others_than_target(&robot.x_odom_base);
+            let held = core.target_base(robot).zip(core.attempt.as_ref().map(|a| a.plan.rotation));
             let is_free = |turn: f64| {
                 let Some((target, rotation)) = &held else { return true };
                 let search = core.search(target, &[], &others);
@@ -342,7 +339,7 @@ mod tests {
             let robot = RobotState { q: *picker.core.motion.q(), ..RobotState::still(1.0) };
             let plan = picker.core.search(&target, &[], &[]).best().expect("within reach");
             picker.core.commit(&robot, u32::MAX, target, plan);
-            let sighting = Sighting { p_odom: target.p + Vec3::y() * off, radius: 0.03 };
+            let sighting = Sighting { p_odom: target.p + Vec3::y() * off, radius: 0.03, score: 1.0 };
             picker.core.perception.tracker.update(1.0, &[sighting]);
             let Next::Enter(Phase::Pull(pull)) = picker.start_pull(0, &robot) else { panic!("no pull") };
             assert_eq!(pull.limits, Limits::of(&picker.config, is_beside));

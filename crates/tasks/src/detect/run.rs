@@ -233,7 +233,8 @@ fn detections(
 fn tracks(images: &[ImageRecord], config: &DetectorConfig, fruit: &[Ball]) -> Vec<TrackRecord> {
     let mut tracker = Tracker::new(config);
     for image in images {
-        let sighting = |d: &DetectionRecord| Sighting { p_odom: d.p_world.into(), radius: d.radius };
+        let sighting =
+            |d: &DetectionRecord| Sighting { p_odom: d.p_world.into(), radius: d.radius, score: d.score };
         let sightings: Vec<Sighting> = image.detections.iter().map(sighting).collect();
         tracker.update(0.0, &sightings);
     }

@@ -209,8 +209,11 @@ impl ControllerEvent {
                 return Err(format!("{} centres and {} radii of detections", p_odom.len(), radius.len()));
             }
             Self::Detected { p_odom, radius } => {
-                let sighting =
-                    |(p_odom, radius): (&Vec3, &f64)| Sighting { p_odom: *p_odom, radius: *radius };
+                let sighting = |(p_odom, radius): (&Vec3, &f64)| Sighting {
+                    p_odom: *p_odom,
+                    radius: *radius,
+                    score: 1.0,
+                };
                 let detections = p_odom.iter().zip(radius).map(sighting).collect();
                 record.images.push(ImageReport { time, detections });
                 return Ok(());
