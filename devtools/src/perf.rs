@@ -44,6 +44,7 @@ use orchard_program::rows::{Effort, Suite, run_suite};
                   gpu.same_N, gpu.topologies_N  N equal trees; N trees of 512 topologies; .share over the row before\n  \
                   gpu.robot_N                   N of the paper's robots alone, without contact; .memory\n  \
                   gpu.world_N                   N trees of 512 topologies, each pushed by a robot; .contacts and .loaded, means of a world; .overfull, share of worlds that left out contacts; .memory\n  \
+                  gpu.world_press_N             the same with a press that holds eight levers against the trunk (suite worlds alone); .loaded_least, fewest contacts under load of a world\n  \
                   gpu.mujoco_warp_N.*           MuJoCo-Warp on the first of these, by solver and integrator; the best is the peer of dimensions_N\n\
                   Rows of perception (views of nominal episodes of the tuning seeds; mean over the views, median of rounds of processor time):\n  \
                   perception.camera.192x144, .640x480     scene from the world, depth and labels\n  \
