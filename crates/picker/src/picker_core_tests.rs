@@ -1,5 +1,6 @@
 use super::*;
 use crate::expert::ExpertConfig;
+use orchard_perception::Sighting;
 use orchard_robot::RobotModel;
 
 fn core(robot: &str) -> PickerCore {
@@ -58,4 +59,64 @@ fn an_arm_with_an_offset_settles() {
         assert_eq!(core.arm_settled(&robot), settles);
         assert!(!core.arm_arrived(&robot) && !core.arm_stalled());
     }
+}
+
+/// What is seen within 1.5 radii of a target is the target, a fruit beside it is another one; so is the target's own track once it has gone over to that fruit.
+#[test]
+fn a_target_is_no_neighbour_of_its_own() {
+    let target = Target { p: Vec3::new(1.0, 0.0, 1.0), radius: 0.03 };
+    for (own, ghost, neighbours) in [(0.0, 0.04, 0), (0.0, 0.062, 1), (0.062, 0.0, 1), (0.04, 0.062, 1)] {
+        let mut core = core("ridgeback-fr3");
+        let at = |y: f64| Sighting { p_odom: target.p + Vec3::y() * y, radius: 0.03, score: 1.0 };
+        core.perception.tracker.update(0.0, &[at(own), at(ghost)]);
+        let tracks = core.perception.tracker.tracks();
+        let own_id = tracks.iter().find(|t| t.p_odom == at(own).p_odom).expect("seen").id;
+        let others = core.others(own_id, &target, &Pose::identity());
+        assert_eq!(others.len(), neighbours, "own {own} other {ghost}");
+        assert!(others.iter().all(|other| (other.p - target.p).norm() > 0.06));
+    }
+    // A track that has moved with its fruit stays the target's if nothing is seen where that was.
+    let mut core = core("ridgeback-fr3");
+    core.perception
+        .tracker
+        .update(0.0, &[Sighting { p_odom: target.p + Vec3::y() * 0.07, radius: 0.03, score: 1.0 }]);
+    let own = core.perception.tracker.tracks()[0].id;
+    assert!(core.others(own, &target, &Pose::identity()).is_empty());
+}
+
+/// Of two fruit at the same distance on both sides the expert takes the one of which the detector is sure, the baseline the same in both cases.
+#[test]
+fn sure_fruit_come_first() {
+    for (config, follows) in [(ExpertConfig::preset().shared, true), (PickerConfig::baseline(), false)] {
+        let chosen = [(0.95, 0.45), (0.45, 0.95)].map(|(left, right)| {
+            let robot = RobotModel::paper();
+            let config = config.tuned(&robot).expect("in range");
+            let mut core = PickerCore::new(&robot, DetectorConfig::paper(), config, State::Scan);
+            let tree = core.perception.belief.p_odom();
+            let at =
+                |y: f64, score: f64| Sighting { p_odom: tree + Vec3::new(-0.4, y, 1.0), radius: 0.03, score };
+            for image in 0..4 {
+                core.perception.tracker.update(0.2 * f64::from(image), &[at(0.5, left), at(-0.5, right)]);
+            }
+            let choice = core.choose(&RobotState::still(1.0)).expect("within reach");
+            choice.target.p.y > 0.0
+        });
+        assert_eq!(chosen[0] != chosen[1], follows, "{chosen:?}");
+        assert!(!follows || chosen[0]);
+    }
+}
+
+/// Nobody knows before the first image if there is sight, so the arm waits for it; a camera that is late must not slow its first way.
+#[test]
+fn the_arm_waits_for_the_first_image() {
+    let mut core = core("ridgeback-fr3");
+    let mut scan = crate::scan::Scan::at_start();
+    let robot = RobotState { q: *core.motion.q(), dt: 1.0 / 60.0, ..RobotState::still(0.0) };
+    core.motion = crate::motion::ArmMotion::new(core.arm.home() + JointVector::repeat(0.1));
+    let start = *core.motion.goal();
+    core.look_around(&mut scan, &robot);
+    assert_eq!(*core.motion.goal(), start);
+    core.perception.images = 1;
+    core.look_around(&mut scan, &robot);
+    assert_ne!(*core.motion.goal(), start);
 }
