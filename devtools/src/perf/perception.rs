@@ -2,9 +2,10 @@
 //! explains each row.
 
 use anyhow::Context;
+use orchard_camera::picture::{PictureStyle, Studio};
 use orchard_camera::{Capture, Geometry, ImageKey, Label, Scene, Sensor, fruit_views};
 use orchard_geometry::{DepthImage, Image, Intrinsics, Pose, Shape, Vec3};
-use orchard_perception::{DetectorConfig, detect, mask};
+use orchard_perception::{DetectorConfig, RgbdImage, detect, mask};
 use orchard_scenario::{OptionValue, Scenario, detector_for};
 use orchard_spec::camera::CameraSpec;
 use orchard_tasks::harvest::Harvest;
@@ -23,7 +24,7 @@ const LARGE_MS: f64 = 10.0;
 const DETECTOR_MS: f64 = 2.0;
 
 /// Cameras whose detectors are timed on their images, the detector if it is not the camera's own, and the target time \[ms\].
-const FIELD: [(&str, Option<&str>, Option<f64>); 8] = [
+const FIELD: [(&str, Option<&str>, Option<f64>); 10] = [
     (LARGE_PAPER, Some("paper"), Some(30.0)),
     (LARGE_PAPER, Some("scored"), Some(30.0)),
     ("azure-kinect-native", None, None),
@@ -32,6 +33,8 @@ const FIELD: [(&str, Option<&str>, Option<f64>); 8] = [
     ("d435i", Some("learned"), Some(40.0)),
     ("azure-kinect", None, Some(150.0)),
     ("azure-kinect", Some("learned"), Some(150.0)),
+    ("d435i", Some("learned-colour"), Some(40.0)),
+    ("azure-kinect", Some("learned-colour"), Some(150.0)),
 ];
 /// The paper's camera with the large image.
 const LARGE_PAPER: &str = "paper";
@@ -63,8 +66,8 @@ struct View {
     small: Capture,
     large: Capture,
     ignored: Image<bool>,
-    /// Measured depth for each of the detectors.
-    depths: Vec<DepthImage>,
+    /// Measured depth for each of the detectors, and colour for those that look at it.
+    images: Vec<(DepthImage, Option<Image<[u8; 3]>>)>,
 }
 
 /// Work that is timed on a view, with its target time \[ms\].
@@ -165,7 +168,9 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
     works.extend(vision.eyes.iter().enumerate().map(|(i, eye)| {
         // One image takes long enough to be timed.
         work(&eye.name, eye.target_ms, 1, move |view| {
-            black_box(detect(&view.depths[i], eye.sensor.intrinsics(), None, &eye.config).is_ok());
+            let (depth, colour) = &view.images[i];
+            let image = RgbdImage { depth, colour: colour.as_ref() };
+            black_box(detect(image, eye.sensor.intrinsics(), None, &eye.config).is_ok());
         })
     }));
     super::say(&bar, "images and detections");
@@ -223,9 +228,15 @@ fn view(vision: &Vision, world: World) -> anyhow::Result<View> {
         [&vision.small, &vision.large].map(|sensor| sensor.capture(&scene, &x_world_camera, KEY));
     anyhow::ensure!(small.measured.pixels().iter().any(|&z| z > 0.0), "the image has no valid depth");
     let none = Image::filled(0, 0, false);
-    let depths = vision.eyes.iter().map(|eye| eye.sensor.capture(&scene, &x_world_camera, KEY).measured);
-    let depths = depths.collect();
-    let mut view = View { world, scene, x_world_camera, links, small, large, ignored: none, depths };
+    let studio = Studio::new(&scene, &PictureStyle::of_camera());
+    let image = |eye: &Eye| {
+        let depth = eye.sensor.capture(&scene, &x_world_camera, KEY).measured;
+        let colour = || studio.picture(eye.sensor.intrinsics(), &x_world_camera);
+        (depth, eye.config.sees_colour().then(colour))
+    };
+    let images = vision.eyes.iter().map(image).collect();
+    drop(studio);
+    let mut view = View { world, scene, x_world_camera, links, small, large, ignored: none, images };
     view.ignored = ignored(vision, &view);
     Ok(view)
 }
