@@ -10,7 +10,7 @@ pub struct Sighting {
     pub p_odom: Vec3,
     /// Radius \[m\].
     pub radius: f64,
-    /// Probability that it is a fruit; 1 if nothing is known of it.
+    /// Probability that it is a fruit; 1 from a detector that tells none.
     pub score: f64,
 }
 

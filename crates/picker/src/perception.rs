@@ -124,7 +124,7 @@ impl Perception {
 
         // An image that the detector refuses has no detections.
         let detections = detect(image, intrinsics, Some(&ignored), &self.detector).unwrap_or_default();
-        // What the gates let through is a fruit.
+        // A detector whose gates decide tells no probability.
         let score = |d: &Detection| if self.detector.score.on { d.score } else { 1.0 };
         let p_odom = |d: &Detection| transform(&x_odom_camera, &d.p_camera);
         self.sightings = detections

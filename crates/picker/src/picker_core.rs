@@ -391,8 +391,8 @@ impl PickerCore {
         self.attempt.as_ref().map_or(Vec::new(), |a| self.others(a.track, &a.target, x_odom_base))
     }
 
-    /// Known fruit other than a target (odom), in the frame of a base at this pose. Tracks nearer to it than two fruit can hang are sightings of the target. Its own
-    /// track, which may have gone over to a neighbour, is another fruit where there is one.
+    /// Known fruit beside a target (odom), in the frame of a base at this pose. Tracks within `same_fruit` radii of the target are left out, since two fruit cannot hang so near
+    /// to each other. Where there are none, the track with the number `own` is left out; else that one has joined a neighbour's sightings, and counts.
     pub fn others(&self, own: u32, target: &Target, x_odom_base: &Pose) -> Vec<Target> {
         let (least, tracks) = (self.config.approach.neighbour_hits.get(), self.perception.tracker.tracks());
         let same = self.config.approach.same_fruit.si() * target.radius;

@@ -61,7 +61,7 @@ fn an_arm_with_an_offset_settles() {
     }
 }
 
-/// What is seen within 1.5 radii of a target is the target, a fruit beside it is another one; so is the target's own track once it has gone over to that fruit.
+/// A track within 1.5 radii of the target is not counted as a neighbour. A track farther off is, also if it carries the target's number.
 #[test]
 fn a_target_is_no_neighbour_of_its_own() {
     let target = Target { p: Vec3::new(1.0, 0.0, 1.0), radius: 0.03 };
@@ -106,7 +106,7 @@ fn sure_fruit_come_first() {
     }
 }
 
-/// Nobody knows before the first image if there is sight, so the arm waits for it; a camera that is late must not slow its first way.
+/// The arm stays where it is until the first image has come.
 #[test]
 fn the_arm_waits_for_the_first_image() {
     let mut core = core("ridgeback-fr3");

@@ -56,7 +56,7 @@ impl PickerCore {
     pub fn look_around(&mut self, scan: &mut Scan, robot: &RobotState) -> ([f64; 3], Option<Choice>) {
         let c = self.config.scan.clone();
         let posture = self.postures.survey[scan.posture];
-        // Before the first image nobody knows yet if there is sight.
+        // Before the first image it is not known whether the camera sees.
         if self.perception.images > 0 && self.motion.is_over() && *self.motion.goal() != posture {
             let scale = if self.perception.blind { c.blind_speed_scale.si() } else { 1.0 };
             self.motion.go(posture, &self.config.arm, scale);

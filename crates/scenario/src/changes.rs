@@ -89,6 +89,7 @@ impl Scenario {
         if let Some(name) = &changes.detector {
             changed.detector = detector(&OptionValue::new(name, format!("{by}: detector")), &scene.camera)?;
             scene.detector.clone_from(name);
+            changed.detector_by_default = false;
         }
         if let Some(name) = &changes.robot {
             let found = robot::find(&OptionValue::new(name, format!("{by}: robot")))?;
@@ -99,7 +100,7 @@ impl Scenario {
         Ok(changed)
     }
 
-    /// Returns the scenario for single images, which come with colour: with the detector of [`image_detector_for`], unless somebody named a detector.
+    /// Returns the scenario with the default detector for depth images that come with colour ([`image_detector_for`]), or as it is if somebody named a detector.
     ///
     /// # Errors
     /// The detector does not fit the camera.

@@ -137,6 +137,10 @@ fn single_images_have_a_default_of_their_own() {
     assert_eq!(names(&[("camera", "d435i")]), (own.clone(), learned));
     assert_eq!(names(&[("camera", "d435i"), ("detector", "d435i")]), (own.clone(), own));
     assert_eq!(names(&[]), ("paper".to_owned(), "paper".to_owned()));
+    // Changes that name a detector count as well.
+    let changes = Changes { detector: Some("scored".to_owned()), ..Changes::default() };
+    let changed = Scenario::of(&[("camera", "d435i")]).unwrap().changed(&changes, "test").unwrap();
+    assert_eq!(changed.for_images().unwrap().names().scene.detector, "scored");
 }
 
 /// A world of a detector that looks at colour takes a colour image with each depth image; another takes none.

@@ -1,4 +1,4 @@
-//! Rows of whole worlds on the graphics device: a tree and a robot that pushes it. Suite `worlds` measures them alone, with a second robot whose contacts bear load for good.
+//! Rows of whole worlds on the graphics device: a tree and a robot that pushes it. Suite `worlds` measures them alone, with a second robot whose contacts bear load all the time.
 
 use anyhow::Context;
 use orchard_batch::TreeWorld;
@@ -20,7 +20,7 @@ const TIMED: usize = 20;
 /// Worlds whose contacts are counted: one of each tree.
 const COUNTED: usize = WORLDS;
 
-/// What the robots of all worlds do.
+/// A robot and its commands, the same in all worlds.
 struct Scene {
     /// Begin of the rows' names.
     name: &'static str,
@@ -59,13 +59,14 @@ impl Scene {
         let press = Command { arm_q, ..start };
         let targets = Some(([1.5e6, 5e6, 7e6], 8.0));
         let steps = vec![(drive, 60), (press, 240)];
-        Ok(Self { name: "gpu.world_press", distance: 1.4, steps, on_software: (8, 240), robot, targets })
+        Ok(Self { name: "gpu.world_press", distance: 1.4, steps, on_software: (12, 240), robot, targets })
     }
 }
 
-/// The press, and the share of a lever in the set point of a hinge \[rad\]: with 75 N m/rad and 0.7 m to the trunk some 20 N a lever.
+/// Description and mapping of the press.
 const PRESS_URDF: &str = include_str!("../../../assets/press/robot.urdf");
 const PRESS_TOML: &str = include_str!("../../../assets/press/robot.toml");
+/// Angle that each lever adds to the set points of the hinges below it \[rad\]. A lever then presses with some 30 N (measured).
 const LEVER_TURN: f64 = 0.2;
 
 /// Measures the rows of whole worlds, and no others.

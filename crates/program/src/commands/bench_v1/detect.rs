@@ -24,7 +24,7 @@ pub struct Detecting {
 }
 
 impl Detecting {
-    /// Plans the task, with the default detector of images from files unless somebody named one.
+    /// Plans the task. A scenario whose detector nobody named gets that of `orchard detect` for images with colour.
     pub fn new(scenario: &Scenario, trees: &TreeExtent) -> Result<Self, Failure> {
         let scenario = scenario.for_images().map_err(|e| Failure::BadInput(e.to_string()))?;
         let plan = DetectPlan::new(&scenario, &trees.profile, trees.seeds.clone(), trees.trees)?;
