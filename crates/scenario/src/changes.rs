@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::limits;
 use crate::resolve::detector;
 use crate::{
-    Names, OptionValue, Scenario, ScenarioError, SceneNames, detector_for, image_detector_for, robot,
+    Names, OptionValue, Scenario, ScenarioError, SceneNames, detector_for, robot,
 };
 use orchard_perception::config::LEARNED;
 
@@ -66,7 +66,7 @@ impl Changes {
 }
 
 impl Scenario {
-    /// Returns the scenario with changes; `by` names them in errors. The detector goes with the camera, unless the scenario has one of its own or the changes name one.
+    /// Returns the scenario with changes; `by` names them in errors. The detector goes with the camera unless somebody named it.
     ///
     /// # Errors
     /// As [`Changes::of_world`], or an unknown detector or robot.
@@ -78,8 +78,8 @@ impl Scenario {
             scene.randomisation = SceneNames::OF_PRESET.to_owned();
         }
         if let Some(camera) = &changes.camera {
-            if scene.detector == detector_for(&scene.camera) {
-                scene.detector = detector_for(camera).to_owned();
+            if self.detector_by_default {
+                scene.detector = detector_for(camera, false).to_owned();
                 changed.detector = detector(&OptionValue::new(&scene.detector, by), camera)?;
             } else if LEARNED.contains(&scene.detector.as_str()) {
                 changed.detector = detector(&OptionValue::new(&scene.detector, by), camera)?;
@@ -100,13 +100,13 @@ impl Scenario {
         Ok(changed)
     }
 
-    /// Returns the scenario with the default detector for depth images that come with colour ([`image_detector_for`]), or as it is if somebody named a detector.
+    /// Returns the scenario with the default detector for depth images that come with colour ([`detector_for`]), or as it is if somebody named a detector.
     ///
     /// # Errors
     /// The detector does not fit the camera.
     pub fn for_images(&self) -> Result<Self, ScenarioError> {
         let camera = self.spec.camera.name();
-        let name = image_detector_for(camera, true);
+        let name = detector_for(camera, true);
         if !self.detector_by_default || name == self.names.scene.detector {
             return Ok(self.clone());
         }

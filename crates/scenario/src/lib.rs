@@ -28,7 +28,7 @@ pub use names::{Names, SceneNames, controller_name};
 pub use options::{OptionValue, Options};
 pub use orchard_digitised::{TreeFile, TreeFormat};
 pub use resolve::{
-    cameras, controllers, detector, detector_for, detectors, image_detector_for, presets, robots,
+    cameras, controllers, detector, detector_for, detectors, geometric_detector_for, presets, robots,
 };
 pub use robot::RobotFiles;
 pub use stored::StoredScenario;

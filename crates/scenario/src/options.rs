@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::Deserialize;
 
 use crate::names::POLICY;
-use crate::{Names, ScenarioError, SceneNames};
+use crate::{Names, ScenarioError, SceneNames, detector_for};
 
 /// A value with the option that gave it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -194,6 +194,7 @@ impl Options {
             let kept = match option {
                 "tree" => name == SceneNames::GROWN,
                 "randomisation" => name == SceneNames::OF_PRESET,
+                "detector" => name == detector_for(&names.scene.camera, false),
                 _ => false,
             };
             if kept {

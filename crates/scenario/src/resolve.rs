@@ -69,7 +69,7 @@ impl Scenario {
         }
         let camera = camera.unwrap_or_else(|| spec.camera.name().to_owned());
         let by_camera = || {
-            OptionValue::new(detector_for(spec.camera.name()), format!("the detector for camera {camera}"))
+            OptionValue::new(detector_for(spec.camera.name(), false), format!("the detector for camera {camera}"))
         };
         let detector = options.detector.clone().unwrap_or_else(by_camera);
         let detector_config = self::detector(&detector, spec.camera.name())?;
@@ -144,7 +144,7 @@ pub fn detector(given: &OptionValue, camera: &str) -> Result<DetectorConfig, Sce
 /// A detector with a network, with the figures of the detector of a camera. One whose spheres are those of discs finds fruit up to the range of the camera, if that ends: a disc is seen
 /// where noise hides the roundness.
 fn learned(name: &str, camera: &str) -> Result<DetectorConfig, String> {
-    let mut config = DetectorConfig::named(detector_for(camera))?.with_network(name)?;
+    let mut config = DetectorConfig::named(geometric_detector_for(camera))?.with_network(name)?;
     let by_disc = config.network.as_ref().is_some_and(|network| network.disc.is_some());
     let of_camera = CameraSpec::named(camera).map(|camera| camera.range());
     if let (true, Ok((near, far))) = (by_disc, of_camera)
@@ -167,15 +167,15 @@ fn detector_of_file(file: &str, text: &str, camera: &str) -> Result<DetectorConf
     from_table(file, table).map_err(|e| e.to_string())
 }
 
-/// Returns the name of the default detector of a camera: the one of the camera's name, or `paper` if there is none.
-pub fn detector_for(camera: &str) -> &'static str {
+/// Returns the name of the geometric detector of a camera: the one of the camera's name, or `paper` if there is none.
+pub fn geometric_detector_for(camera: &str) -> &'static str {
     detectors().into_iter().find(|name| *name == camera).unwrap_or("paper")
 }
 
-/// Returns the name of the default detector of a camera for images from files, with or without `colour`: the network that sees them, for a camera whose own detector tells a
-/// score; else [`detector_for`].
-pub fn image_detector_for(camera: &str, colour: bool) -> &'static str {
-    let own = detector_for(camera);
+/// Returns the name of the default detector of a camera, with or without `colour` beside the depth: the network that sees them, for a camera whose own detector tells a score; else
+/// [`geometric_detector_for`].
+pub fn detector_for(camera: &str, colour: bool) -> &'static str {
+    let own = geometric_detector_for(camera);
     let has_score = DetectorConfig::named(own).is_ok_and(|own| own.score.on);
     let [depth_alone, sees_colour] = LEARNED;
     match (has_score, colour) {

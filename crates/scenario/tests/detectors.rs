@@ -97,7 +97,7 @@ fn the_network_goes_with_every_camera() {
     let network = DetectorConfig::named("learned").unwrap().network;
     assert!(network.is_some());
     for (name, _) in CameraSpec::FILES {
-        let own = DetectorConfig::named(orchard_scenario::detector_for(name)).unwrap();
+        let own = DetectorConfig::named(orchard_scenario::geometric_detector_for(name)).unwrap();
         let mut fit = if own.score.on { own } else { DetectorConfig::named("scored").unwrap() };
         let (near, far) = CameraSpec::named(name).unwrap().range();
         // The exact camera `ideal` sees without end.

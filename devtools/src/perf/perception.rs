@@ -6,7 +6,7 @@ use orchard_camera::picture::{PictureStyle, Studio};
 use orchard_camera::{Capture, Geometry, ImageKey, Label, Scene, Sensor, fruit_views};
 use orchard_geometry::{DepthImage, Image, Intrinsics, Pose, Shape, Vec3};
 use orchard_perception::{DetectorConfig, RgbdImage, detect, mask};
-use orchard_scenario::{OptionValue, Scenario, detector_for};
+use orchard_scenario::{OptionValue, Scenario};
 use orchard_spec::camera::CameraSpec;
 use orchard_tasks::harvest::Harvest;
 use orchard_tasks::harvest::WorldFactory;
@@ -23,18 +23,18 @@ const SMALL_MS: f64 = 1.5;
 const LARGE_MS: f64 = 10.0;
 const DETECTOR_MS: f64 = 2.0;
 
-/// Cameras whose detectors are timed on their images, the detector if it is not the camera's own, and the target time \[ms\].
-const FIELD: [(&str, Option<&str>, Option<f64>); 10] = [
-    (LARGE_PAPER, Some("paper"), Some(30.0)),
-    (LARGE_PAPER, Some("scored"), Some(30.0)),
-    ("azure-kinect-native", None, None),
-    ("d435i", None, Some(40.0)),
-    (LARGE_PAPER, Some("learned"), Some(30.0)),
-    ("d435i", Some("learned"), Some(40.0)),
-    ("azure-kinect", None, Some(150.0)),
-    ("azure-kinect", Some("learned"), Some(150.0)),
-    ("d435i", Some("learned-colour"), Some(40.0)),
-    ("azure-kinect", Some("learned-colour"), Some(150.0)),
+/// Cameras, detectors that are timed on their images, and the target time \[ms\].
+const FIELD: [(&str, &str, Option<f64>); 10] = [
+    (LARGE_PAPER, "paper", Some(30.0)),
+    (LARGE_PAPER, "scored", Some(30.0)),
+    ("azure-kinect-native", "azure-kinect-native", None),
+    ("d435i", "d435i", Some(40.0)),
+    (LARGE_PAPER, "learned", Some(30.0)),
+    ("d435i", "learned", Some(40.0)),
+    ("azure-kinect", "azure-kinect", Some(150.0)),
+    ("azure-kinect", "learned", Some(150.0)),
+    ("d435i", "learned-colour", Some(40.0)),
+    ("azure-kinect", "learned-colour", Some(150.0)),
 ];
 /// The paper's camera with the large image.
 const LARGE_PAPER: &str = "paper";
@@ -112,10 +112,9 @@ impl Vision {
             }
         }
         let stereo = CameraSpec::named("d435i").map_err(anyhow::Error::msg)?;
-        let eye = |(camera, detector, target_ms): (&str, Option<&str>, Option<f64>)| {
+        let eye = |(camera, detector, target_ms): (&str, &str, Option<f64>)| {
             let spec = CameraSpec::named(camera)?;
             let sensor = Sensor::new(if camera == LARGE_PAPER { &large } else { &spec });
-            let detector = detector.unwrap_or(detector_for(camera));
             let config = orchard_scenario::detector(&OptionValue::new(detector, "perf"), camera);
             let Intrinsics { width, height, .. } = *sensor.intrinsics();
             let name = format!("detector.{camera}.{detector}.{width}x{height}");

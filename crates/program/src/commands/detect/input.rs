@@ -106,9 +106,9 @@ impl InputArgs {
     pub fn detector_name(&self, look: Look) -> &str {
         let camera = self.camera.as_deref().unwrap_or_default();
         let of_camera = || match look {
-            Look::Depth => orchard_scenario::image_detector_for(camera, false),
-            Look::Colour => orchard_scenario::image_detector_for(camera, true),
-            Look::Regions => orchard_scenario::detector_for(camera),
+            Look::Depth => orchard_scenario::detector_for(camera, false),
+            Look::Colour => orchard_scenario::detector_for(camera, true),
+            Look::Regions => orchard_scenario::geometric_detector_for(camera),
         };
         self.config.as_deref().unwrap_or_else(of_camera)
     }
