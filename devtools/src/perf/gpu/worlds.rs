@@ -141,6 +141,8 @@ fn rows_of(gpu: &Gpu, trees: &[TreeWorld], worlds: usize, scene: &Scene) -> anyh
         Row::measured(&format!("{name}.loaded"), contacts.loaded, "contacts"),
         least,
         Row::measured(&format!("{name}.overfull"), contacts.overfull, "1"),
+        Row::measured(&format!("{name}.iterations"), contacts.iterations, "iterations"),
+        Row::measured(&format!("{name}.iterations_most"), contacts.iterations_most, "iterations"),
         Row::measured(&format!("{name}.memory"), batch.bytes() as f64, "bytes"),
     ];
     rows.extend(kernels);
@@ -148,6 +150,7 @@ fn rows_of(gpu: &Gpu, trees: &[TreeWorld], worlds: usize, scene: &Scene) -> anyh
 }
 
 /// Contacts at the end of a round.
+#[derive(Default)]
 struct Contacts {
     /// Means of a world: contacts, those under load, and share of worlds that left out some.
     all: f64,
@@ -155,12 +158,15 @@ struct Contacts {
     overfull: f64,
     /// Fewest contacts under load of a world.
     loaded_least: f64,
+    /// Newton iterations of the latest substep: mean of the worlds, and most.
+    iterations: f64,
+    iterations_most: f64,
 }
 
 impl Contacts {
     /// Counts the contacts of the first worlds.
     fn count(batch: &mut WorldBatch, worlds: usize) -> anyhow::Result<Self> {
-        let mut counts = Self { all: 0.0, loaded: 0.0, overfull: 0.0, loaded_least: f64::INFINITY };
+        let mut counts = Self { loaded_least: f64::INFINITY, ..Self::default() };
         for world in 0..worlds {
             let meeting = batch.meeting(world)?;
             let loaded = meeting.contacts.iter().filter(|c| c.force_world.norm() > 0.0).count() as f64;
@@ -168,6 +174,9 @@ impl Contacts {
             counts.loaded += loaded / worlds as f64;
             counts.overfull += f64::from(u8::from(meeting.lost > 0)) / worlds as f64;
             counts.loaded_least = counts.loaded_least.min(loaded);
+            let iterations = f64::from(meeting.iterations);
+            counts.iterations += iterations / worlds as f64;
+            counts.iterations_most = counts.iterations_most.max(iterations);
         }
         Ok(counts)
     }
