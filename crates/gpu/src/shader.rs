@@ -71,6 +71,7 @@ pub(crate) fn source_of_worlds() -> String {
         include_str!("kernels/world_paths.wgsl"),
         include_str!("kernels/world_rod.wgsl"),
         include_str!("kernels/world_newton.wgsl"),
+        include_str!("kernels/world_eliminate.wgsl"),
         include_str!("kernels/world_apply.wgsl"),
     ];
     source_of_robots() + rules + &files.concat()

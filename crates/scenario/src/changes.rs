@@ -6,9 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::limits;
 use crate::resolve::detector;
-use crate::{
-    Names, OptionValue, Scenario, ScenarioError, SceneNames, detector_for, robot,
-};
+use crate::{Names, OptionValue, Scenario, ScenarioError, SceneNames, detector_for, robot};
 use orchard_perception::config::LEARNED;
 
 /// Differences from a scenario. A field without a value leaves its part of the scenario as it is.

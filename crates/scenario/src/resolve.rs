@@ -69,7 +69,10 @@ impl Scenario {
         }
         let camera = camera.unwrap_or_else(|| spec.camera.name().to_owned());
         let by_camera = || {
-            OptionValue::new(detector_for(spec.camera.name(), false), format!("the detector for camera {camera}"))
+            OptionValue::new(
+                detector_for(spec.camera.name(), false),
+                format!("the detector for camera {camera}"),
+            )
         };
         let detector = options.detector.clone().unwrap_or_else(by_camera);
         let detector_config = self::detector(&detector, spec.camera.name())?;

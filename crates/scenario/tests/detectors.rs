@@ -122,7 +122,7 @@ fn the_network_goes_with_every_camera() {
     assert!(e.starts_with("condition x: detector") && e.contains("eyes"), "{e}");
 }
 
-/// Single images are searched by the network that sees colour unless somebody named a detector, also after the scenario was stored.
+/// Of a camera with errors, robots and single images are searched by networks unless somebody named a detector: single images by the one that sees colour, also after the scenario was stored.
 #[test]
 fn single_images_have_a_default_of_their_own() {
     let names = |options: &[(&str, &str)]| {
@@ -133,14 +133,35 @@ fn single_images_have_a_default_of_their_own() {
         assert_eq!(images.detector().sees_colour(), images.names().scene.detector == "learned-colour");
         (scenario.names().scene.detector.clone(), images.names().scene.detector.clone())
     };
-    let (own, learned) = ("d435i".to_owned(), "learned-colour".to_owned());
-    assert_eq!(names(&[("camera", "d435i")]), (own.clone(), learned));
-    assert_eq!(names(&[("camera", "d435i"), ("detector", "d435i")]), (own.clone(), own));
-    assert_eq!(names(&[]), ("paper".to_owned(), "paper".to_owned()));
+    let both = |robot: &str, images: &str| (robot.to_owned(), images.to_owned());
+    assert_eq!(names(&[("camera", "d435i")]), both("learned", "learned-colour"));
+    assert_eq!(names(&[("camera", "d435i"), ("detector", "d435i")]), both("d435i", "d435i"));
+    assert_eq!(names(&[]), both("paper", "paper"));
     // Changes that name a detector count as well.
     let changes = Changes { detector: Some("scored".to_owned()), ..Changes::default() };
     let changed = Scenario::of(&[("camera", "d435i")]).unwrap().changed(&changes, "test").unwrap();
     assert_eq!(changed.for_images().unwrap().names().scene.detector, "scored");
+}
+
+/// The default detector goes with the camera of a condition; one that somebody named stays, also if it is the default of the first camera. Names of a record stand for their options.
+#[test]
+fn a_condition_changes_the_default_detector_alone() {
+    let of_condition = |options: &[(&str, &str)], camera: &str| {
+        let changes = Changes { camera: Some(camera.to_owned()), ..Changes::default() };
+        let scenario = Scenario::of(options).unwrap();
+        let changed = scenario.changed(&changes, "test").unwrap();
+        let read = Options::of_names(scenario.names()).unwrap();
+        assert_eq!(
+            read.detector.is_none(),
+            scenario.names().scene.detector
+                == orchard_scenario::detector_for(&scenario.names().scene.camera, false)
+        );
+        changed.names().scene.detector.clone()
+    };
+    assert_eq!(of_condition(&[], "d435i"), "learned");
+    assert_eq!(of_condition(&[("camera", "d435i")], "paper"), "paper");
+    assert_eq!(of_condition(&[("detector", "paper")], "d435i"), "paper");
+    assert_eq!(of_condition(&[("camera", "d435i"), ("detector", "learned")], "paper"), "learned");
 }
 
 /// A world of a detector that looks at colour takes a colour image with each depth image; another takes none.

@@ -29,7 +29,6 @@ fn answer(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) 
         return;
     }
     place_links();
-    place_words();
     take_contacts();
     take_robot();
     ways = share_ways();
@@ -42,7 +41,7 @@ fn answer(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) 
         respond_robot();
         assemble_inertia();
         solve_contacts();
-        if !agree(move_robot()) {
+        if !move_robot() {
             break;
         }
     }

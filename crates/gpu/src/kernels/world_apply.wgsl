@@ -10,18 +10,20 @@ fn hand_on() {
             robot_change[thread], robot_change[thread + 1u], robot_change[thread + 2u], robot_change[thread + 3u],
         );
     }
+    var longest = 0u;
     for (var way = 0u; way < ways; way++) {
-        for (var step = thread; step < lengths[way]; step += LANES) {
+        longest = max(longest, lengths[way]);
+    }
+    for (var index = thread; index < ways * longest; index += LANES) {
+        let way = index / longest;
+        let step = index % longest;
+        if step < lengths[way] {
             add_to_joint(way, step);
         }
     }
     storageBarrier();
-    var moves_wood = false;
-    for (var way = 0u; way < ways; way++) {
-        moves_wood |= lengths[way] > 0u;
-    }
     for (var own = thread; own < place.fruits; own += LANES) {
-        add_to_fruit(own, moves_wood);
+        add_to_fruit(own, longest > 0u);
     }
     var on_wood = 0.0;
     if thread < contacts {
@@ -68,7 +70,7 @@ fn add_to_joint(way: u32, step: u32) {
 // without contacts. One in the hand is turned as well; the way out takes the loss of spin off what is added here, too.
 fn add_to_fruit(own: u32, moves_wood: bool) {
     let collider = place.segments + own;
-    let word = word_of(collider);
+    let word = row_word(collider);
     let row = word & 0xffffu;
     var sum = vec3f(0.0);
     var turn = vec3f(0.0);

@@ -27,6 +27,7 @@ var<workgroup> moving_links: array<vec4f, ROBOT_DOFS * SYSTEM_LINK_FIELDS / QUAD
 var<workgroup> balls: array<vec4f, COLLIDER_MOST>;
 var<workgroup> counts: array<u32, LANES>;
 var<workgroup> agreed: u32;
+var<workgroup> said: atomic<u32>;
 // The contact points of all pairs, nine numbers each, and 1 for each for which there is room.
 var<workgroup> candidates: array<f32, MEETING_MOST_TOUCHES * TOUCH_NUMBERS>;
 var<workgroup> kept: array<u32, MEETING_MOST_TOUCHES>;
@@ -102,6 +103,24 @@ fn shared_number(own: u32) -> u32 {
         agreed = own;
     }
     return workgroupUniformLoad(&agreed);
+}
+
+// Bits of the threads for which it is true; barriers.
+fn threads_with(is_so: bool) -> u32 {
+    if thread == 0u {
+        atomicStore(&said, 0u);
+    }
+    workgroupBarrier();
+    if is_so {
+        atomicOr(&said, 1u << thread);
+    }
+    workgroupBarrier();
+    return shared_number(atomicLoad(&said));
+}
+
+// Number of bits of the threads before this one.
+fn ones_before(bits: u32) -> u32 {
+    return countOneBits(bits & ((1u << thread) - 1u));
 }
 
 // Numbers of all threads before this one, and of all; two barriers.

@@ -35,8 +35,7 @@ var<workgroup> factors: array<vec3f, MEETING_MOST_CONTACTS>;
 var<workgroup> roots: array<mat3x3f, MEETING_MOST_CONTACTS>;
 // The contacts under load.
 var<workgroup> loaded: array<u32, MEETING_MOST_CONTACTS>;
-// Blocks of I + L^T W L of the contacts under load, as those of the inverse inertia, then its Cholesky factor with the inverses of its blocks on the diagonal; and the right-hand side.
-var<workgroup> blocks: array<f32, MEETING_MOST_CONTACTS * (MEETING_MOST_CONTACTS + 1u) / 2u * 9u>;
+// Right-hand side of the contacts under load, then their solution.
 var<workgroup> right: array<vec3f, MEETING_MOST_CONTACTS>;
 // Impulses of the contacts [N s], by row.
 var<workgroup> impulses: array<vec3f, MEETING_MOST_CONTACTS>;
@@ -180,12 +179,15 @@ fn solve_contacts() {
         if is_contact {
             response = respond(v);
         }
-        let off = response.impulse - p;
-        let size = sum_of(vec2f(dot(p, p) + dot(response.impulse, response.impulse), 0.0)).x;
-        if agree(size == 0.0 || (iterations > 0u && step <= TOLERANCE) || iterations == MAX_ITERATIONS) {
+        let is_borne = any(p != vec3f(0.0)) || response.rank > 0u;
+        if iterations == 0u && threads_with(is_borne) == 0u {
+            break;
+        }
+        if agree(iterations > 0u && (step <= TOLERANCE || iterations == MAX_ITERATIONS)) {
             break;
         }
         iterations++;
+        let off = response.impulse - p;
         let dp = direction(response, off);
         let dv = multiply(dp);
         let length = search_line(off, p, dp, v, dv);
@@ -224,33 +226,27 @@ fn direction(response: Response, off: vec3f) -> vec3f {
     let is_loaded = thread < contacts && response.rank > 0u;
     let square = square_to(response, off);
     let w_square = multiply(square);
-    let places = before_and_all(select(0u, 1u, is_loaded));
+    let all_loaded = threads_with(is_loaded);
+    let number = ones_before(all_loaded);
     if is_loaded {
-        loaded[places.x] = thread;
+        loaded[number] = thread;
         roots[thread] = response.root;
-        right[places.x] = vec3f(
+        right[number] = vec3f(
             part_along(response.root[0], off, w_square),
             part_along(response.root[1], off, w_square),
             part_along(response.root[2], off, w_square),
         );
     }
-    let size = shared_number(places.y);
-    for (var index = thread; index < size * (size + 1u) / 2u; index += LANES) {
-        let own = block_of(index);
-        let rows = loaded[own.x];
-        let columns = loaded[own.y];
-        var product = transpose(roots[rows]) * block(rows, columns) * roots[columns];
-        if rows == columns {
-            // Rows behind the rank are those of the unit matrix.
-            product += mat3x3f(unit(0u), unit(1u), unit(2u));
-        }
-        set_factor(index * 9u, product);
-    }
+    let size = countOneBits(all_loaded);
     workgroupBarrier();
-    solve_loaded(size);
+    if size <= MOST_ELIMINATED {
+        eliminate(size);
+    } else {
+        factor_in_place(size);
+    }
     var dp = square;
     if is_loaded {
-        dp += response.root * right[places.x];
+        dp += response.root * right[number];
     }
     workgroupBarrier();
     return dp;
@@ -284,11 +280,34 @@ fn square_to(response: Response, off: vec3f) -> vec3f {
     }
 }
 
+// Solves for more contacts: the blocks take the place of those of the inverse inertia, which is assembled anew. A barrier at the end.
+fn factor_in_place(size: u32) {
+    for (var index = thread; index < size * (size + 1u) / 2u; index += LANES) {
+        let own = block_of(index);
+        let rows = loaded[own.x];
+        let columns = loaded[own.y];
+        var product = transpose(roots[rows]) * block(rows, columns) * roots[columns];
+        if rows == columns {
+            // Rows behind the rank are those of the unit matrix.
+            product += mat3x3f(unit(0u), unit(1u), unit(2u));
+        }
+        set_factor(loaded_at(own.x, own.y), product);
+    }
+    workgroupBarrier();
+    solve_loaded(size);
+    assemble_inertia();
+}
+
+// First number of the block of two contacts under load.
+fn loaded_at(row: u32, column: u32) -> u32 {
+    return block_at(loaded[row], loaded[column]);
+}
+
 fn factor_at(at: u32) -> mat3x3f {
     return mat3x3f(
-        blocks[at], blocks[at + 1u], blocks[at + 2u],
-        blocks[at + 3u], blocks[at + 4u], blocks[at + 5u],
-        blocks[at + 6u], blocks[at + 7u], blocks[at + 8u],
+        inertia[at], inertia[at + 1u], inertia[at + 2u],
+        inertia[at + 3u], inertia[at + 4u], inertia[at + 5u],
+        inertia[at + 6u], inertia[at + 7u], inertia[at + 8u],
     );
 }
 
@@ -299,9 +318,9 @@ fn set_factor(at: u32, own: mat3x3f) {
 }
 
 fn set_column(at: u32, own: vec3f) {
-    blocks[at] = own.x;
-    blocks[at + 1u] = own.y;
-    blocks[at + 2u] = own.z;
+    inertia[at] = own.x;
+    inertia[at + 1u] = own.y;
+    inertia[at + 2u] = own.z;
 }
 
 // Inverse of the Cholesky factor of a block.
@@ -324,33 +343,33 @@ fn inverse_root(a: mat3x3f) -> mat3x3f {
 fn solve_loaded(size: u32) {
     for (var j = 0u; j < size; j++) {
         // Every thread computes the block on the diagonal.
-        let inverse = inverse_root(factor_at(block_at(j, j)));
+        let inverse = inverse_root(factor_at(loaded_at(j, j)));
         let y = inverse * right[j];
         workgroupBarrier();
         for (var i = j + 1u + thread; i < size; i += LANES) {
-            let own = factor_at(block_at(i, j)) * transpose(inverse);
-            set_factor(block_at(i, j), own);
+            let own = factor_at(loaded_at(i, j)) * transpose(inverse);
+            set_factor(loaded_at(i, j), own);
             right[i] -= own * y;
         }
         if thread == 0u {
-            set_factor(block_at(j, j), inverse);
+            set_factor(loaded_at(j, j), inverse);
             right[j] = y;
         }
         workgroupBarrier();
         let left = size - j - 1u;
         for (var index = thread; index < left * (left + 1u) / 2u; index += LANES) {
             let own = block_of(index) + vec2u(j + 1u);
-            let at = block_at(own.x, own.y);
-            set_factor(at, factor_at(at) - factor_at(block_at(own.x, j)) * transpose(factor_at(block_at(own.y, j))));
+            let at = loaded_at(own.x, own.y);
+            set_factor(at, factor_at(at) - factor_at(loaded_at(own.x, j)) * transpose(factor_at(loaded_at(own.y, j))));
         }
         workgroupBarrier();
     }
     for (var left = size; left > 0u; left--) {
         let i = left - 1u;
-        let x = transpose(factor_at(block_at(i, i))) * right[i];
+        let x = transpose(factor_at(loaded_at(i, i))) * right[i];
         workgroupBarrier();
         for (var k = thread; k < i; k += LANES) {
-            right[k] -= transpose(factor_at(block_at(i, k))) * x;
+            right[k] -= transpose(factor_at(loaded_at(i, k))) * x;
         }
         if thread == 0u {
             right[i] = x;
@@ -364,36 +383,34 @@ fn solve_loaded(size: u32) {
 fn search_line(off: vec3f, p: vec3f, dp: vec3f, v: vec3f, dv: vec3f) -> f32 {
     var low = 0.0;
     var high = 1.0;
-    var slope_low = -sum_of(vec2f(dot(dv, off), 0.0)).x;
-    var slope_high = slope_at(p, dp, v, dv, 1.0);
-    let goal = SLOPE_SHARE * abs(slope_low);
-    if agree(slope_high <= goal || slope_low >= 0.0) {
-        return 1.0;
-    }
-    for (var k = 0u; k < MAX_EVALUATIONS; k++) {
-        let length = low - slope_low * (high - low) / (slope_high - slope_low);
-        let slope = slope_at(p, dp, v, dv, length);
-        if agree(abs(slope) <= goal) {
+    var slope_low = 0.0;
+    var slope_high = 0.0;
+    var length = 1.0;
+    for (var k = 0u; k <= MAX_EVALUATIONS; k++) {
+        // The slope at the length, and at the start.
+        var slopes = vec2f(0.0);
+        if thread < contacts {
+            slopes = vec2f(dot(dv, p + dp * length - respond(v + dv * length).impulse), -dot(dv, off));
+        }
+        slopes = sum_of(slopes);
+        let goal = SLOPE_SHARE * abs(slopes.y);
+        let is_full = k == 0u && (slopes.x <= goal || slopes.y >= 0.0);
+        if agree(is_full || abs(slopes.x) <= goal) {
             return length;
         }
-        if slope < 0.0 {
+        if k == 0u {
+            slope_low = slopes.y;
+            slope_high = slopes.x;
+        } else if slopes.x < 0.0 {
             low = length;
-            slope_low = slope;
+            slope_low = slopes.x;
             slope_high *= 0.5;
         } else {
             high = length;
-            slope_high = slope;
+            slope_high = slopes.x;
             slope_low *= 0.5;
         }
+        length = low - slope_low * (high - low) / (slope_high - slope_low);
     }
     return low;
-}
-
-// Slope of the cost at a length along the direction.
-fn slope_at(p: vec3f, dp: vec3f, v: vec3f, dv: vec3f, length: f32) -> f32 {
-    var slope = 0.0;
-    if thread < contacts {
-        slope = dot(dv, p + dp * length - respond(v + dv * length).impulse);
-    }
-    return sum_of(vec2f(slope, 0.0)).x;
 }

@@ -1,10 +1,6 @@
 // Ways of contacts through the tree: responses of its joints to unit impulses along the rows of each contact, two tangents and the normal. An impulse acts on the tree only through the joints
 // between it and the root, in whose coordinates C^T y the inverse of the tree's matrix is 1.
 
-// Number of words of segments and fruit that a workgroup keeps, our own choice; of larger trees the others are read when they are needed.
-const WORDS: u32 = 256u;
-
-var<workgroup> words: array<u32, WORDS>;
 // Ways of the contacts: the contact of each, and the number of joints that it moves. Each contact has the way of its own number, and one of two fruit on different links a second one.
 var<workgroup> way_contact: array<u32, MEETING_MOST_WAYS>;
 var<workgroup> lengths: array<u32, MEETING_MOST_WAYS>;
@@ -12,21 +8,6 @@ var<workgroup> second_way: array<u32, MEETING_MOST_CONTACTS>;
 // Number of joints, from the root on, that two ways share: up to the diagonal, row after row.
 var<workgroup> shared_steps: array<u32, (MEETING_MOST_WAYS) * (MEETING_MOST_WAYS + 1u) / 2u>;
 var<private> ways: u32;
-
-// Reads the words of segments and fruit; a barrier at the end.
-fn place_words() {
-    for (var k = thread; k < min(first_solid(), WORDS); k += LANES) {
-        words[k] = row_word(k);
-    }
-    workgroupBarrier();
-}
-
-fn word_of(collider: u32) -> u32 {
-    if collider < WORDS {
-        return words[collider];
-    }
-    return row_word(collider);
-}
 
 // Follows the unit impulses of a contact from its link to the root of the tree: y = S^T P, P - G y. Keeps C^T y, and sums up the free change of the
 // contact's velocity, y e, with the joints' free change e = D^-1 y that the inward pass has left.
@@ -67,20 +48,18 @@ fn both_on_one_link(one: Walk, other: Walk) -> Walk {
 
 // Gives contacts of fruit on different links a second way, and counts the ways. There is room for all: `choose_contacts` leaves out the others. Two barriers.
 fn share_ways() -> u32 {
-    var has_two = 0u;
-    if thread < contacts {
-        has_two = select(0u, 1u, goes_two_ways(contact_pair[thread]));
-    }
-    let places = before_and_all(has_two);
+    let has_two = thread < contacts && goes_two_ways(contact_pair[min(thread, contacts - 1u)]);
+    let all = threads_with(has_two);
+    let second = contacts + ones_before(all);
     if thread < contacts {
         way_contact[thread] = thread;
-        second_way[thread] = select(NO_WAY, contacts + places.x, has_two != 0u);
-        if has_two != 0u {
-            way_contact[contacts + places.x] = thread;
-        }
+        second_way[thread] = select(NO_WAY, second, has_two);
+    }
+    if has_two {
+        way_contact[second] = thread;
     }
     workgroupBarrier();
-    return contacts + places.y;
+    return contacts + countOneBits(all);
 }
 
 // True if a pair is of two fruit on different links.
@@ -127,7 +106,7 @@ fn start_of(collider: u32, p: vec3f, directions: mat3x3f) -> Walk {
     if collider >= first_solid() {
         return Walk(none, none, NO_PARENT, vec3f(0.0), vec3f(0.0), true);
     }
-    let word = word_of(collider);
+    let word = row_word(collider);
     if collider < place.segments {
         let r = p - touch(word & 0xffffu, TOUCH_P).xyz;
         return Walk(crossed(r, directions), directions, collider, vec3f(0.0), vec3f(0.0), false);
@@ -179,7 +158,7 @@ struct TreeJoint {
 
 // Joint of a segment; of none that of the first.
 fn joint_on(segment: u32) -> TreeJoint {
-    let word = word_of(select(segment, 0u, segment == NO_PARENT));
+    let word = row_word(select(segment, 0u, segment == NO_PARENT));
     let row = word & 0xffffu;
     let first = touch(row, TOUCH_FIRST);
     let second = touch(row, TOUCH_SECOND);

@@ -125,7 +125,7 @@ fn responses(contact: u32, quad: u32) -> mat3x4f {
     return mat3x4f(meetings[response_at(at) + quad], meetings[response_at(at + 1u) + quad], meetings[response_at(at + 2u) + quad]);
 }
 
-// Changes of the robot's velocities; true in the first thread if a joint has exceeded what its servo or its friction holds, so that the substep is solved again.
+// Changes of the robot's velocities; true if a joint has exceeded what its servo or its friction holds, so that the substep is solved again.
 fn move_robot() -> bool {
     let is_joint = thread < robot.dofs;
     var rest = 0.0;
@@ -153,5 +153,5 @@ fn move_robot() -> bool {
         own_joint.loss = own.loss;
         is_capped = own.is_capped;
     }
-    return before_and_all(select(0u, 1u, is_capped)).y > 0u;
+    return threads_with(is_capped) != 0u;
 }

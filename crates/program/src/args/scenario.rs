@@ -41,7 +41,7 @@ pub struct ScenarioArgs {
     /// Depth camera, or a file of changed figures; `orchard cameras` lists the cameras [default: the config's]
     #[arg(long, value_name = "NAME|FILE.toml")]
     camera: Option<String>,
-    /// Fruit detector, or a file of changed figures; `orchard detectors` lists the detectors [default: the one of the camera's name; in the task `detect` `learned-colour`, if the camera has errors]
+    /// Fruit detector, or a file of changed figures; `orchard detectors` lists the detectors [default: `learned` for a camera with errors, in the task `detect` `learned-colour`; `paper` for the others]
     #[arg(long, value_name = "NAME|FILE.toml")]
     detector: Option<String>,
     /// Controller of the robot; `orchard controllers` lists them; or a learned policy, as a network in ONNX format with its spec FILE.json
