@@ -39,7 +39,6 @@ fn answer(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) 
     for (var tries = 0u; tries <= 2u * ROBOT_ARM; tries++) {
         factor_robot();
         respond_robot();
-        assemble_inertia();
         solve_contacts();
         if !move_robot() {
             break;

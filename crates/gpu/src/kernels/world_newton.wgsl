@@ -41,6 +41,8 @@ var<workgroup> right: array<vec3f, MEETING_MOST_CONTACTS>;
 var<workgroup> impulses: array<vec3f, MEETING_MOST_CONTACTS>;
 
 var<private> law: Law;
+// True while the inverse inertia stands in its place.
+var<private> is_assembled: bool;
 
 // Sum over all contacts, the same in all threads; two barriers.
 fn sum_of(own: vec2f) -> vec2f {
@@ -157,45 +159,59 @@ fn respond(v: vec3f) -> Response {
     return Response(edge * gamma_n, mat3x3f(along, across, zero), select(1u, 2u, law.friction > 0.0));
 }
 
-// Finds the impulses of all contacts. A barrier at the end.
+// Finds the impulses of all contacts, and assembles their inverse inertia before. A barrier at the end. Each call of a function is written once: the compiler copies functions to where they are
+// called, and the code of a kernel that is too long for the caches is slow.
 fn solve_contacts() {
     let is_contact = thread < contacts;
     var w = 0.0;
     var p = vec3f(0.0);
     var v = vec3f(0.0);
+    // The first step, at its full length, is to the impulses of the substep before.
+    var dp = vec3f(0.0);
     if is_contact {
-        let own = block(thread, thread);
-        w = sqrt(dot(own[0], own[0]) + dot(own[1], own[1]) + dot(own[2], own[2])) / 3.0;
-        law = regularised(thread, w);
-        p = meetings[contact_at(thread)].xyz * frame_of(thread);
+        dp = meetings[contact_at(thread)].xyz * frame_of(thread);
         v = free_velocity[thread] + vec3f(robot_free[3u * thread], robot_free[3u * thread + 1u], robot_free[3u * thread + 2u]);
-        v.z -= law.v_hat;
     }
-    v += multiply(p);
     var response = Response(vec3f(0.0), mat3x3f(), 0u);
+    var off = vec3f(0.0);
     var iterations = 0u;
     var step = 0.0;
+    is_assembled = false;
     loop {
+        if !agree(is_assembled) {
+            assemble_inertia();
+            is_assembled = true;
+        }
+        if iterations == 0u && is_contact {
+            let own = block(thread, thread);
+            w = sqrt(dot(own[0], own[0]) + dot(own[1], own[1]) + dot(own[2], own[2])) / 3.0;
+            law = regularised(thread, w);
+            v.z -= law.v_hat;
+        }
+        let dv = multiply(dp);
+        if iterations == 0u {
+            p = dp;
+            v += dv;
+        } else {
+            let length = search_line(off, p, dp, v, dv);
+            p += dp * length;
+            v += dv * length;
+            let least = select(0.0, FAINT * FAINT / w, is_contact);
+            let sizes = sum_of(vec2f(w * dot(dp, dp) * length * length, max(w * dot(p, p), least)));
+            step = sqrt(sizes.x / sizes.y);
+        }
         if is_contact {
             response = respond(v);
         }
-        let is_borne = any(p != vec3f(0.0)) || response.rank > 0u;
-        if iterations == 0u && threads_with(is_borne) == 0u {
+        if iterations == 0u && threads_with(any(p != vec3f(0.0)) || response.rank > 0u) == 0u {
             break;
         }
         if agree(iterations > 0u && (step <= TOLERANCE || iterations == MAX_ITERATIONS)) {
             break;
         }
         iterations++;
-        let off = response.impulse - p;
-        let dp = direction(response, off);
-        let dv = multiply(dp);
-        let length = search_line(off, p, dp, v, dv);
-        p += dp * length;
-        v += dv * length;
-        let least = select(0.0, FAINT * FAINT / w, is_contact);
-        let sizes = sum_of(vec2f(w * dot(dp, dp) * length * length, max(w * dot(p, p), least)));
-        step = sqrt(sizes.x / sizes.y);
+        off = response.impulse - p;
+        dp = direction(response, off);
     }
     if is_contact {
         // The impulse of the law has more rounding than p.
@@ -280,7 +296,7 @@ fn square_to(response: Response, off: vec3f) -> vec3f {
     }
 }
 
-// Solves for more contacts: the blocks take the place of those of the inverse inertia, which is assembled anew. A barrier at the end.
+// Solves for more contacts: the blocks take the place of those of the inverse inertia, which is to be assembled anew. A barrier at the end.
 fn factor_in_place(size: u32) {
     for (var index = thread; index < size * (size + 1u) / 2u; index += LANES) {
         let own = block_of(index);
@@ -295,7 +311,7 @@ fn factor_in_place(size: u32) {
     }
     workgroupBarrier();
     solve_loaded(size);
-    assemble_inertia();
+    is_assembled = false;
 }
 
 // First number of the block of two contacts under load.
