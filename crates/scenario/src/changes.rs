@@ -4,9 +4,10 @@ use orchard_spec::camera::CameraSpec;
 use orchard_spec::{Preset, Spec};
 use serde::{Deserialize, Serialize};
 
+use crate::default_detector::detector_for;
 use crate::limits;
 use crate::resolve::detector;
-use crate::{Names, OptionValue, Scenario, ScenarioError, SceneNames, detector_for, robot};
+use crate::{Names, OptionValue, Scenario, ScenarioError, SceneNames, robot};
 use orchard_perception::config::LEARNED;
 
 /// Differences from a scenario. A field without a value leaves its part of the scenario as it is.

@@ -7,6 +7,7 @@
 
 mod changes;
 mod controller;
+mod default_detector;
 mod digest;
 mod error;
 mod faults;
@@ -21,15 +22,14 @@ mod stored;
 mod tree;
 
 pub use changes::Changes;
+pub use default_detector::{detector_for, detectors, geometric_detector_for};
 pub use error::ScenarioError;
 pub use figures::Figure;
 pub use mesh_files::MeshFiles;
 pub use names::{Names, SceneNames, controller_name};
 pub use options::{OptionValue, Options};
 pub use orchard_digitised::{TreeFile, TreeFormat};
-pub use resolve::{
-    cameras, controllers, detector, detector_for, detectors, geometric_detector_for, presets, robots,
-};
+pub use resolve::{cameras, controllers, detector, presets, robots};
 pub use robot::RobotFiles;
 pub use stored::StoredScenario;
 

@@ -4,8 +4,9 @@ use std::path::Path;
 
 use serde::Deserialize;
 
+use crate::default_detector::detector_for;
 use crate::names::POLICY;
-use crate::{Names, ScenarioError, SceneNames, detector_for};
+use crate::{Names, ScenarioError, SceneNames};
 
 /// A value with the option that gave it.
 #[derive(Debug, Clone, PartialEq, Eq)]

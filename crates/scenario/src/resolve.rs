@@ -13,6 +13,7 @@ use orchard_spec::camera::CameraSpec;
 use orchard_spec::randomisation::Axis;
 use orchard_spec::{Preset, Spec};
 
+use crate::default_detector::{detector_for, geometric_detector_for};
 use crate::figures::Layers;
 use crate::limits;
 use crate::options::names_file;
@@ -32,11 +33,6 @@ pub fn presets() -> Vec<&'static str> {
 /// Names of the cameras.
 pub fn cameras() -> Vec<&'static str> {
     CameraSpec::FILES.iter().map(|(name, _)| *name).collect()
-}
-
-/// Names of the detectors.
-pub fn detectors() -> Vec<&'static str> {
-    DetectorConfig::FILES.iter().map(|(name, _)| *name).collect()
 }
 
 /// The controllers of this project.
@@ -168,24 +164,6 @@ fn detector_of_file(file: &str, text: &str, camera: &str) -> Result<DetectorConf
     above.remove("base");
     overlay(&mut table, above, &[]);
     from_table(file, table).map_err(|e| e.to_string())
-}
-
-/// Returns the name of the geometric detector of a camera: the one of the camera's name, or `paper` if there is none.
-pub fn geometric_detector_for(camera: &str) -> &'static str {
-    detectors().into_iter().find(|name| *name == camera).unwrap_or("paper")
-}
-
-/// Returns the name of the default detector of a camera, with or without `colour` beside the depth: the network that sees them, for a camera whose own detector tells a score; else
-/// [`geometric_detector_for`].
-pub fn detector_for(camera: &str, colour: bool) -> &'static str {
-    let own = geometric_detector_for(camera);
-    let has_score = DetectorConfig::named(own).is_ok_and(|own| own.score.on);
-    let [depth_alone, sees_colour] = LEARNED;
-    match (has_score, colour) {
-        (false, _) => own,
-        (true, false) => depth_alone,
-        (true, true) => sees_colour,
-    }
 }
 
 /// The world's config and its layers.

@@ -39,8 +39,8 @@ fn every_part_is_in_the_hash_and_the_controller_not_in_the_scenes() {
 }
 
 #[test]
-fn a_camera_brings_the_detector_that_is_made_for_it() {
-    assert_eq!(of(&[("camera", "d435i")]).names().scene.detector, "d435i");
+fn a_camera_brings_its_default_detector() {
+    assert_eq!(of(&[("camera", "d435i")]).names().scene.detector, "learned");
     assert_eq!(of(&[("camera", "ideal")]).names().scene.detector, "paper");
     assert_eq!(of(&[("camera", "d435i"), ("detector", "paper")]).names().scene.detector, "paper");
 }
