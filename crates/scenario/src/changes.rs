@@ -4,11 +4,11 @@ use orchard_spec::camera::CameraSpec;
 use orchard_spec::{Preset, Spec};
 use serde::{Deserialize, Serialize};
 
-use crate::default_detector::detector_for;
 use crate::limits;
 use crate::resolve::detector;
 use crate::{Names, OptionValue, Scenario, ScenarioError, SceneNames, robot};
 use orchard_perception::config::LEARNED;
+use orchard_perception::detector_for;
 
 /// Differences from a scenario. A field without a value leaves its part of the scenario as it is.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]

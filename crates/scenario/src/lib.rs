@@ -7,7 +7,6 @@
 
 mod changes;
 mod controller;
-mod default_detector;
 mod digest;
 mod error;
 mod faults;
@@ -22,13 +21,13 @@ mod stored;
 mod tree;
 
 pub use changes::Changes;
-pub use default_detector::{detector_for, detectors, geometric_detector_for};
 pub use error::ScenarioError;
 pub use figures::Figure;
 pub use mesh_files::MeshFiles;
 pub use names::{Names, SceneNames, controller_name};
 pub use options::{OptionValue, Options};
 pub use orchard_digitised::{TreeFile, TreeFormat};
+pub use orchard_perception::{detector_for, detectors, geometric_detector_for};
 pub use resolve::{cameras, controllers, detector, presets, robots};
 pub use robot::RobotFiles;
 pub use stored::StoredScenario;

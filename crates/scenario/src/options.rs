@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
+use orchard_perception::detector_for;
 use serde::Deserialize;
 
-use crate::default_detector::detector_for;
 use crate::names::POLICY;
 use crate::{Names, ScenarioError, SceneNames};
 

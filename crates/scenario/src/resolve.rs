@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use orchard_learned::NETWORK_MAX;
 use orchard_perception::config::LEARNED;
-use orchard_perception::{DetectorConfig, Onnx};
+use orchard_perception::{DetectorConfig, Onnx, detector_for};
 use orchard_picker::{ControllerKind, Kind};
 use orchard_quantity::{from_table, overlay, parse};
 use orchard_robot::RobotModel;
@@ -13,7 +13,6 @@ use orchard_spec::camera::CameraSpec;
 use orchard_spec::randomisation::Axis;
 use orchard_spec::{Preset, Spec};
 
-use crate::default_detector::{detector_for, geometric_detector_for};
 use crate::figures::Layers;
 use crate::limits;
 use crate::options::names_file;
@@ -117,10 +116,7 @@ impl Scenario {
 /// # Errors
 /// No such name or file, a figure out of its range, or a network that cannot be used.
 pub fn detector(given: &OptionValue, camera: &str) -> Result<DetectorConfig, ScenarioError> {
-    let named = |name: &str| match LEARNED.contains(&name) {
-        true => learned(name, camera),
-        false => DetectorConfig::named(name),
-    };
+    let named = |name: &str| for_camera(name, camera);
     let config = named_or_file(given, named, |file, text| {
         let mut config = detector_of_file(file, text, camera)?;
         let onnx = config.network.as_mut().map(|network| &mut network.onnx);
@@ -140,19 +136,9 @@ pub fn detector(given: &OptionValue, camera: &str) -> Result<DetectorConfig, Sce
     }
 }
 
-/// A detector with a network, with the figures of the detector of a camera. One whose spheres are those of discs finds fruit up to the range of the camera, if that ends: a disc is seen
-/// where noise hides the roundness.
-fn learned(name: &str, camera: &str) -> Result<DetectorConfig, String> {
-    let mut config = DetectorConfig::named(geometric_detector_for(camera))?.with_network(name)?;
-    let by_disc = config.network.as_ref().is_some_and(|network| network.disc.is_some());
-    let of_camera = CameraSpec::named(camera).map(|camera| camera.range());
-    if let (true, Ok((near, far))) = (by_disc, of_camera)
-        && far.is_finite()
-    {
-        let range = &mut config.segmentation.range;
-        *range = range.with_ends(near, far)?;
-    }
-    Ok(config)
+/// The detector of a name for the camera of a name.
+fn for_camera(name: &str, camera: &str) -> Result<DetectorConfig, String> {
+    DetectorConfig::for_camera(name, camera, CameraSpec::named(camera).ok().map(|camera| camera.range()))
 }
 
 /// A detector from the text of a file.
@@ -160,7 +146,7 @@ fn detector_of_file(file: &str, text: &str, camera: &str) -> Result<DetectorConf
     let mut above = parse(file, text).map_err(|e| e.to_string())?;
     let base = above.get("base").and_then(toml::Value::as_str).filter(|base| LEARNED.contains(base));
     let Some(base) = base else { return DetectorConfig::from_toml(file, text).map_err(|e| e.to_string()) };
-    let mut table = toml::Table::try_from(learned(base, camera)?).map_err(|e| e.to_string())?;
+    let mut table = toml::Table::try_from(for_camera(base, camera)?).map_err(|e| e.to_string())?;
     above.remove("base");
     overlay(&mut table, above, &[]);
     from_table(file, table).map_err(|e| e.to_string())

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use orchard_learned::NETWORK_MAX;
-use orchard_perception::DetectorConfig;
+use orchard_perception::{DetectorConfig, detector_for};
 use orchard_picker::{ControllerKind, Kind};
 use orchard_play::{Make, Overlay, Session};
 use orchard_quantity::Quantity;
@@ -120,7 +120,7 @@ impl Ask {
         })
     }
 
-    /// Resolves the options, as a scenario resolves the same names; the detector is that of the camera.
+    /// Resolves the options, as a scenario resolves the same names; the detector is the default of the camera.
     ///
     /// # Errors
     /// An unknown name, a figure out of its range.
@@ -138,7 +138,10 @@ impl Ask {
             spec.camera = CameraSpec::named(&shown(camera)).map_err(AskError)?;
         }
         let robot = RobotModel::named(&shown(&self.robot)).map_err(AskError)?;
-        let detector = DetectorConfig::named(spec.camera.name()).unwrap_or_else(|_| DetectorConfig::paper());
+        let camera = spec.camera.name();
+        let detector =
+            DetectorConfig::for_camera(detector_for(camera, false), camera, Some(spec.camera.range()));
+        let detector = detector.map_err(AskError)?;
         Ok(Parts { spec: Arc::new(spec), robot: Arc::new(robot), detector })
     }
 }

@@ -27,6 +27,7 @@ var<workgroup> moving_links: array<vec4f, ROBOT_DOFS * SYSTEM_LINK_FIELDS / QUAD
 var<workgroup> balls: array<vec4f, COLLIDER_MOST>;
 var<workgroup> counts: array<u32, LANES>;
 var<workgroup> agreed: u32;
+// Bits of the threads for which something is true.
 var<workgroup> said: atomic<u32>;
 // The contact points of all pairs, nine numbers each, and 1 for each for which there is room.
 var<workgroup> candidates: array<f32, MEETING_MOST_TOUCHES * TOUCH_NUMBERS>;

@@ -159,8 +159,8 @@ fn respond(v: vec3f) -> Response {
     return Response(edge * gamma_n, mat3x3f(along, across, zero), select(1u, 2u, law.friction > 0.0));
 }
 
-// Finds the impulses of all contacts, and assembles their inverse inertia before. A barrier at the end. Each call of a function is written once: the compiler copies functions to where they are
-// called, and the code of a kernel that is too long for the caches is slow.
+// Finds the impulses of all contacts, and assembles their inverse inertia before. A barrier at the end. The inverse inertia is assembled at one place, since the compiler copies a function to every
+// place that calls it, and a kernel whose code is too long for the caches is slow.
 fn solve_contacts() {
     let is_contact = thread < contacts;
     var w = 0.0;

@@ -46,9 +46,9 @@ fn both_on_one_link(one: Walk, other: Walk) -> Walk {
     return both;
 }
 
-// Gives contacts of fruit on different links a second way, and counts the ways. There is room for all: `choose_contacts` leaves out the others. Two barriers.
+// Gives contacts of fruit on different links a second way, and counts the ways. There is room for all: `choose_contacts` leaves out the others. A barrier at the end.
 fn share_ways() -> u32 {
-    let has_two = thread < contacts && goes_two_ways(contact_pair[min(thread, contacts - 1u)]);
+    let has_two = thread < contacts && goes_two_ways(contact_pair[thread]);
     let all = threads_with(has_two);
     let second = contacts + ones_before(all);
     if thread < contacts {

@@ -165,11 +165,11 @@ fn a_condition_changes_what_it_says_and_nothing_else() {
         Spec { camera: paper.camera.clone(), ..Spec::preset(orchard_spec::Preset::Calibrated) }
     );
     assert_eq!((calibrated.robot(), calibrated.detector()), (own.robot(), own.detector()));
-    // A camera brings its detector, and the world stays.
+    // A camera brings its default detector, and the world stays.
     let stereo = field("d435i");
     assert_eq!(
         (stereo.names().scene.camera.as_str(), stereo.names().scene.detector.as_str()),
-        ("d435i", "d435i")
+        ("d435i", "learned")
     );
     assert_eq!(Spec { camera: paper.camera.clone(), ..(**stereo.spec()).clone() }, paper);
     assert_eq!(stereo, Scenario::of(&[("camera", "d435i")]).unwrap());
