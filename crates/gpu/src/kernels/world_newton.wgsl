@@ -160,7 +160,7 @@ fn respond(v: vec3f) -> Response {
 }
 
 // Finds the impulses of all contacts, and assembles their inverse inertia before. A barrier at the end. The inverse inertia is assembled at one place, since the compiler copies a function to every
-// place that calls it, and a kernel whose code is too long for the caches is slow.
+// place that calls it.
 fn solve_contacts() {
     let is_contact = thread < contacts;
     var w = 0.0;
