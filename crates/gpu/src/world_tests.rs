@@ -3,6 +3,7 @@
 mod in_hand;
 mod in_wind;
 mod on_stems;
+mod solve;
 mod standing;
 
 use std::collections::BTreeMap;

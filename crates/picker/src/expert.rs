@@ -5,6 +5,7 @@
 
 mod approach;
 mod config;
+mod finish;
 mod grasp;
 mod place;
 mod pull;
@@ -25,7 +26,7 @@ use crate::expert::safe::Safe;
 use crate::expert::slots::Slots;
 use crate::machine::{self, Machine, Phase as _};
 use crate::motion::{Pace, WayPoint};
-use crate::picker_core::{Attempt, PickerCore};
+use crate::picker_core::{Attempt, PickerCore, STILL};
 use crate::record::{Alarm, FailureReason, Record, State};
 use crate::robot_state::RobotState;
 use crate::scan::Scan;
@@ -45,6 +46,8 @@ pub struct ExpertPicker {
     phase: Phase,
     /// Smoothed force that the hand exerts \[N\], base axes, without what the motion of arm and base takes.
     force: Vec3,
+    /// Time at which the run ends \[s\]; infinite if nobody has told it.
+    run_end: f64,
 }
 
 /// State of the state machine, with the memory of that state.
@@ -101,7 +104,7 @@ impl ExpertPicker {
         let mut core = PickerCore::new(robot, detector, config.shared.clone(), phase.state());
         core.watch = Some(Watch::new(&config.watch));
         let slots = Slots::new(&core.arm, &robot.bucket(), &core.postures.carry(), &config.place);
-        Self { core, slots, config, phase, force: Vec3::zeros() }
+        Self { core, slots, config, phase, force: Vec3::zeros(), run_end: f64::INFINITY }
     }
 
     /// Returns the picker without its watch, to measure what the watch is worth: it tells no fault but a fruit lost on the way to the bucket.
@@ -204,6 +207,9 @@ impl ExpertPicker {
         if self.is_unsafe() {
             return Next::Enter(Phase::Safe(Safe::at(robot)));
         }
+        if self.is_too_late(robot) {
+            return Next::Enter(Phase::Scan(Scan::here()));
+        }
         let stays = !self.is_blind(robot) && !self.core.leave_in_vain(robot);
         match stays.then(|| self.core.choose(robot)).flatten() {
             Some(choice) => {
@@ -225,6 +231,9 @@ impl ExpertPicker {
                 self.core.config.drive.wall_back.si(),
                 robot,
             )));
+        }
+        if self.is_too_late(robot) {
+            return Next::Stay(Phase::Scan(scan), STILL);
         }
         let (velocity, choice) = self.core.look_around(&mut scan, robot);
         let Some(choice) = choice else { return Next::Stay(Phase::Scan(scan), velocity) };
@@ -257,7 +266,7 @@ impl Machine for ExpertPicker {
     }
 
     fn run(&mut self, phase: Phase, robot: &RobotState) -> Next {
-        if let Some(reason) = self.interruption(&phase) {
+        if let Some(reason) = self.interruption(&phase).or_else(|| self.cut_off(&phase, robot)) {
             if reason == FailureReason::ArmLoaded && matches!(phase, Phase::Align(_)) {
                 self.core.meet_wall(robot);
             }
@@ -284,6 +293,10 @@ impl Machine for ExpertPicker {
 impl Controller for ExpertPicker {
     fn act(&mut self, observation: &Observation) -> Command {
         Machine::act(self, observation)
+    }
+
+    fn run_ends_at(&mut self, time: f64) {
+        self.run_end = time;
     }
 
     fn record(&self) -> &Record {

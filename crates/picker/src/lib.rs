@@ -53,6 +53,11 @@ pub trait Controller: Send {
     /// Returns the command for this control frame.
     fn act(&mut self, observation: &Observation) -> Command;
 
+    /// Tells when the run ends, on the clock of the observations \[s\]; called before the first frame, if at all.
+    fn run_ends_at(&mut self, time: f64) {
+        let _ = time;
+    }
+
     /// Returns the record of the episode so far.
     fn record(&self) -> &Record;
 }
@@ -60,6 +65,10 @@ pub trait Controller: Send {
 impl<C: Controller + ?Sized> Controller for Box<C> {
     fn act(&mut self, observation: &Observation) -> Command {
         (**self).act(observation)
+    }
+
+    fn run_ends_at(&mut self, time: f64) {
+        (**self).run_ends_at(time);
     }
 
     fn record(&self) -> &Record {

@@ -159,6 +159,10 @@ impl Controller for Faulty {
         self.obeyed(command, observation.time)
     }
 
+    fn run_ends_at(&mut self, time: f64) {
+        self.controller.run_ends_at(time);
+    }
+
     fn record(&self) -> &Record {
         self.controller.record()
     }

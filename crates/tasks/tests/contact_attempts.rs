@@ -24,6 +24,10 @@ impl BenchController for Undeclared {
         self.0.act(observation)
     }
 
+    fn run_ends_at(&mut self, time: f64) {
+        self.0.run_ends_at(time);
+    }
+
     fn drain_log(&mut self) -> Vec<ControllerEvent> {
         let mut log = self.0.drain_log();
         log.retain(|event| matches!(event, ControllerEvent::Detected { .. }));

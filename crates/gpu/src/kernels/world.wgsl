@@ -91,6 +91,11 @@ fn path_at(way: u32, step: u32) -> u32 {
     return response_at(3u * MEETING_MOST_CONTACTS) + (way * head(HEAD_DEPTH) + step) * (PATH_FIELDS / QUAD);
 }
 
+// What follows the paths: blocks of the contacts' inverse inertia.
+fn blocks_at() -> u32 {
+    return path_at(MEETING_MOST_WAYS, 0u);
+}
+
 // Fields of a link of the tree, and of a fruit.
 fn touch(row: u32, field: u32) -> vec4f {
     return works[touch_place(row, field)];

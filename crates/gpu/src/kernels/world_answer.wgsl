@@ -1,22 +1,20 @@
 // Impulses of a world's contacts in a substep, and their effects. A workgroup is a world. The law and its solution are those of `orchard_multibody::contact`.
 
-// The contacts: numbers of their colliders, place, normal, tangents, gap.
+// The contacts: numbers of their colliders, normal, tangents.
 var<workgroup> contact_pair: array<u32, MEETING_MOST_CONTACTS>;
-var<workgroup> contact_p: array<vec3f, MEETING_MOST_CONTACTS>;
 var<workgroup> contact_n: array<vec3f, MEETING_MOST_CONTACTS>;
 var<workgroup> tangents: array<array<vec3f, 2>, MEETING_MOST_CONTACTS>;
-var<workgroup> contact_gap: array<f32, MEETING_MOST_CONTACTS>;
-// Velocity of each contact without contacts: of the tree against the robot's present one, and what the robot's change adds.
-var<workgroup> free_velocity: array<vec3f, MEETING_MOST_CONTACTS>;
+// What the robot's change adds to the velocity of each contact without contacts.
 var<workgroup> robot_free: array<f32, 3u * MEETING_MOST_CONTACTS>;
-// The inverse inertia of the contacts: blocks of nine numbers, row after row, up to the diagonal.
-var<workgroup> inertia: array<f32, MEETING_MOST_CONTACTS * (MEETING_MOST_CONTACTS + 1u) / 2u * 9u>;
 
 // No second way.
 const NO_WAY: u32 = 0xffffffffu;
 
 // Number of contacts, the same in all threads.
 var<private> contacts: u32;
+// Gap of the thread's contact, and its velocity without contacts: of the tree against the robot's present one.
+var<private> own_gap: f32;
+var<private> own_free: vec3f;
 
 // Solves the contacts, and hands their impulses on. Servos' limits and stuck joints are as in `solve_with_limits`.
 @compute @workgroup_size(LANES)
@@ -28,7 +26,6 @@ fn answer(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) 
     if contacts == 0u {
         return;
     }
-    place_links();
     take_contacts();
     take_robot();
     ways = share_ways();
@@ -39,6 +36,7 @@ fn answer(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) 
     for (var tries = 0u; tries <= 2u * ROBOT_ARM; tries++) {
         factor_robot();
         respond_robot();
+        assemble_inertia();
         solve_contacts();
         if !move_robot() {
             break;
@@ -53,10 +51,14 @@ fn take_contacts() {
         let normal = meetings[contact_at(thread) + 1u];
         contact_pair[thread] = bitcast<u32>(meetings[contact_at(thread)].w);
         contact_n[thread] = normal.xyz;
-        contact_gap[thread] = normal.w;
-        contact_p[thread] = meetings[contact_at(thread) + 2u].xyz;
+        own_gap = normal.w;
     }
     workgroupBarrier();
+}
+
+// Place of a contact.
+fn place_of(contact: u32) -> vec3f {
+    return meetings[contact_at(contact) + 2u].xyz;
 }
 
 // A column of a matrix: a choice between numbers in registers.
@@ -85,28 +87,36 @@ fn block_of(index: u32) -> vec2u {
     return vec2u(row, index - row * (row + 1u) / 2u);
 }
 
-// First number of a block.
+// First of the three quads of a block of the contacts' inverse inertia, its columns; they lie `contacts` quads apart, so that threads whose rows follow each other read one line.
 fn block_at(row: u32, column: u32) -> u32 {
-    return pair_at(row, column) * 9u;
+    return blocks_at() + column * contacts * (BLOCK_FIELDS / QUAD) + row;
 }
 
-// Fills the inverse inertia of the contacts, a block a thread. A barrier at the end.
+// Block of the inverse inertia of the contacts.
+fn block(row: u32, column: u32) -> mat3x3f {
+    let at = block_at(row, column);
+    return mat3x3f(meetings[at].xyz, meetings[at + contacts].xyz, meetings[at + 2u * contacts].xyz);
+}
+
+fn set_block(row: u32, column: u32, own: mat3x3f) {
+    let at = block_at(row, column);
+    meetings[at] = vec4f(own[0], 0.0);
+    meetings[at + contacts] = vec4f(own[1], 0.0);
+    meetings[at + 2u * contacts] = vec4f(own[2], 0.0);
+}
+
+// Fills the inverse inertia of the contacts, a block and the one across the diagonal a thread. A barrier at the end.
 fn assemble_inertia() {
     let blocks = contacts * (contacts + 1u) / 2u;
     for (var index = thread; index < blocks; index += LANES) {
         let own = block_of(index);
-        // Columns are those of the block.
         let sum = of_robot(own) + of_all_fruit(own) + of_all_ways(own);
-        let rows = transpose(sum);
-        for (var row = 0u; row < 3u; row++) {
-            let numbers = column_of(rows, row);
-            let at = index * 9u + 3u * row;
-            inertia[at] = numbers.x;
-            inertia[at + 1u] = numbers.y;
-            inertia[at + 2u] = numbers.z;
+        set_block(own.x, own.y, sum);
+        if own.x != own.y {
+            set_block(own.y, own.x, transpose(sum));
         }
     }
-    workgroupBarrier();
+    storageBarrier();
 }
 
 // Of the fruit that both contacts touch. The second fruit of a pair bears the opposite impulse.
@@ -139,8 +149,8 @@ fn of_fruit(collider: u32, own: vec2u) -> mat3x3f {
         return moved;
     }
     let centre = fruit(row, FRUIT_P).xyz;
-    let one = crossed(contact_p[own.x] - centre, frame_of(own.x));
-    let other = crossed(contact_p[own.y] - centre, frame_of(own.y));
+    let one = crossed(place_of(own.x) - centre, frame_of(own.x));
+    let other = crossed(place_of(own.y) - centre, frame_of(own.y));
     return moved + transpose(one) * other * inverse_spin_inertia(row);
 }
 

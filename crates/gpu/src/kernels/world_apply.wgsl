@@ -81,7 +81,7 @@ fn add_to_fruit(own: u32, moves_wood: bool) {
             let on_first = frame_of(contact) * impulses[contact];
             let one = select(-on_first, on_first, is_own);
             sum += one;
-            turn += cross(contact_p[contact] - p.xyz, one);
+            turn += cross(place_of(contact) - p.xyz, one);
         }
     }
     if STEMS && !is_off_stem(row) {

@@ -21,8 +21,6 @@ struct Moving {
     v: vec3f,
 }
 
-// Motion of the robot's links, five quads each.
-var<workgroup> moving_links: array<vec4f, ROBOT_DOFS * SYSTEM_LINK_FIELDS / QUAD>;
 // Ball about each collider of the robot: centre and radius.
 var<workgroup> balls: array<vec4f, COLLIDER_MOST>;
 var<workgroup> counts: array<u32, LANES>;
@@ -54,7 +52,6 @@ fn meet(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) ow
     if pair_count == 0u {
         return;
     }
-    place_links();
     place_balls();
     let touch_count = find_touches(pair_count);
     let count = shared_number(choose_contacts(touch_count));
@@ -141,13 +138,13 @@ fn moving(link: i32) -> Moving {
     if link < 0 {
         return Moving(place.p, in_world(unit(1u)), unit(2u), vec3f(0.0), vec3f(0.0));
     }
-    let at = u32(link) * (SYSTEM_LINK_FIELDS / QUAD);
+    let at = system_at(SYSTEM_LINK + u32(link) * SYSTEM_LINK_FIELDS);
     return Moving(
-        moving_links[at].xyz,
-        moving_links[at + 1u].xyz,
-        moving_links[at + 2u].xyz,
-        moving_links[at + 3u].xyz,
-        moving_links[at + 4u].xyz,
+        meetings[at].xyz,
+        meetings[at + LANES].xyz,
+        meetings[at + 2u * LANES].xyz,
+        meetings[at + 3u * LANES].xyz,
+        meetings[at + 4u * LANES].xyz,
     );
 }
 
@@ -177,14 +174,6 @@ fn placed_solid(solid: u32) -> Solid {
         a.x, size.x, size.y, half,
         on.p + columns[0], columns[1], columns[2], columns[3],
     );
-}
-
-// Reads the motion of the robot; a barrier at the end.
-fn place_links() {
-    for (var k = thread; k < robot.dofs * (SYSTEM_LINK_FIELDS / QUAD); k += LANES) {
-        moving_links[k] = meetings[system_at(SYSTEM_LINK + QUAD * k)];
-    }
-    workgroupBarrier();
 }
 
 // Places the balls about the robot's colliders; a barrier at the end.

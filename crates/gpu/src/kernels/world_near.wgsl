@@ -20,7 +20,6 @@ fn seek(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) ow
     if !agree(bitcast<u32>(worlds[world_at(WORLD_STOPPED)]) == 0u) {
         return;
     }
-    place_links();
     place_balls();
     let found = find_pairs();
     let is_near = before_and_all(select(0u, 1u, matters)).y != 0u;

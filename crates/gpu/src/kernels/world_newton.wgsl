@@ -30,23 +30,23 @@ struct Law {
     v_hat: f32,
 }
 
-var<workgroup> parts: array<vec2f, LANES>;
+var<workgroup> parts: array<vec2f, MEETING_MOST_CONTACTS>;
 var<workgroup> factors: array<vec3f, MEETING_MOST_CONTACTS>;
 var<workgroup> roots: array<mat3x3f, MEETING_MOST_CONTACTS>;
-// The contacts under load.
-var<workgroup> loaded: array<u32, MEETING_MOST_CONTACTS>;
-// Right-hand side of the contacts under load, then their solution.
-var<workgroup> right: array<vec3f, MEETING_MOST_CONTACTS>;
+// The contacts under load, and the ranks of their responses.
+var<workgroup> loaded: array<vec2u, MEETING_MOST_CONTACTS>;
+// Right-hand side of the contacts under load, three numbers each, then their solution.
+var<workgroup> right: array<f32, 3u * MEETING_MOST_CONTACTS>;
 // Impulses of the contacts [N s], by row.
 var<workgroup> impulses: array<vec3f, MEETING_MOST_CONTACTS>;
 
 var<private> law: Law;
-// True while the inverse inertia stands in its place.
-var<private> is_assembled: bool;
 
 // Sum over all contacts, the same in all threads; two barriers.
 fn sum_of(own: vec2f) -> vec2f {
-    parts[thread] = own;
+    if thread < contacts {
+        parts[thread] = own;
+    }
     workgroupBarrier();
     var sum = vec2f(0.0);
     for (var k = 0u; k < contacts; k++) {
@@ -70,24 +70,10 @@ fn multiply(own: vec3f) -> vec3f {
     return sum;
 }
 
-fn block(row: u32, column: u32) -> mat3x3f {
-    let at = block_at(max(row, column), min(row, column));
-    let own = mat3x3f(
-        inertia[at], inertia[at + 1u], inertia[at + 2u],
-        inertia[at + 3u], inertia[at + 4u], inertia[at + 5u],
-        inertia[at + 6u], inertia[at + 7u], inertia[at + 8u],
-    );
-    // The numbers stand row after row.
-    if row < column {
-        return own;
-    }
-    return transpose(own);
-}
-
 // Law of a contact whose block of the inverse inertia has the size `w`.
 fn regularised(contact: u32, w: f32) -> Law {
     let surfaces = surfaces_of(first_of(contact_pair[contact]), second_of(contact_pair[contact]));
-    let gap = contact_gap[contact];
+    let gap = own_gap;
     let time = robot.h + select(rules.dissipation_time, 0.0, gap > 0.0);
     return Law(
         surfaces.x,
@@ -159,8 +145,7 @@ fn respond(v: vec3f) -> Response {
     return Response(edge * gamma_n, mat3x3f(along, across, zero), select(1u, 2u, law.friction > 0.0));
 }
 
-// Finds the impulses of all contacts, and assembles their inverse inertia before. A barrier at the end. The inverse inertia is assembled at one place, since the compiler copies a function to every
-// place that calls it.
+// Finds the impulses of all contacts. A barrier at the end.
 fn solve_contacts() {
     let is_contact = thread < contacts;
     var w = 0.0;
@@ -170,24 +155,17 @@ fn solve_contacts() {
     var dp = vec3f(0.0);
     if is_contact {
         dp = meetings[contact_at(thread)].xyz * frame_of(thread);
-        v = free_velocity[thread] + vec3f(robot_free[3u * thread], robot_free[3u * thread + 1u], robot_free[3u * thread + 2u]);
+        let own = block(thread, thread);
+        w = sqrt(dot(own[0], own[0]) + dot(own[1], own[1]) + dot(own[2], own[2])) / 3.0;
+        law = regularised(thread, w);
+        v = own_free + vec3f(robot_free[3u * thread], robot_free[3u * thread + 1u], robot_free[3u * thread + 2u]);
+        v.z -= law.v_hat;
     }
     var response = Response(vec3f(0.0), mat3x3f(), 0u);
     var off = vec3f(0.0);
     var iterations = 0u;
     var step = 0.0;
-    is_assembled = false;
     loop {
-        if !agree(is_assembled) {
-            assemble_inertia();
-            is_assembled = true;
-        }
-        if iterations == 0u && is_contact {
-            let own = block(thread, thread);
-            w = sqrt(dot(own[0], own[0]) + dot(own[1], own[1]) + dot(own[2], own[2])) / 3.0;
-            law = regularised(thread, w);
-            v.z -= law.v_hat;
-        }
         let dv = multiply(dp);
         if iterations == 0u {
             p = dp;
@@ -239,33 +217,53 @@ fn on_cone(p: vec3f) -> vec3f {
 //     dp = r - L (I + L^T W L)^-1 L^T W r = s + L (I + L^T W L)^-1 (a - L^T W s);
 // the first form is the difference of nearly equal numbers, too much so for f32.
 fn direction(response: Response, off: vec3f) -> vec3f {
-    let is_loaded = thread < contacts && response.rank > 0u;
     let square = square_to(response, off);
     let w_square = multiply(square);
+    var rest = vec3f(0.0);
+    if response.rank > 0u {
+        let root = response.root;
+        rest = vec3f(part_along(root[0], off, w_square), part_along(root[1], off, w_square), part_along(root[2], off, w_square));
+    }
+    return square + response.root * solve_loaded(response, rest);
+}
+
+// Solves (I + L^T W L) x = `rest` of all contacts under load. A barrier at the end.
+fn solve_loaded(response: Response, rest: vec3f) -> vec3f {
+    let is_loaded = response.rank > 0u;
     let all_loaded = threads_with(is_loaded);
     let number = ones_before(all_loaded);
+    // Rows of the contacts before this one, and of all.
+    let rows = before_and_all(response.rank);
     if is_loaded {
-        loaded[number] = thread;
+        loaded[number] = vec2u(thread, response.rank);
         roots[thread] = response.root;
-        right[number] = vec3f(
-            part_along(response.root[0], off, w_square),
-            part_along(response.root[1], off, w_square),
-            part_along(response.root[2], off, w_square),
-        );
+        set_right(number, rest);
+        name_rows(number, rows.x, response.rank);
     }
     let size = countOneBits(all_loaded);
     workgroupBarrier();
-    if size <= MOST_ELIMINATED {
-        eliminate(size);
+    if rows.y <= MOST_ROWS {
+        eliminate(size, rows.y);
     } else {
         factor_in_place(size);
     }
-    var dp = square;
+    var x = vec3f(0.0);
     if is_loaded {
-        dp += response.root * right[number];
+        x = right_of(number);
     }
     workgroupBarrier();
-    return dp;
+    return x;
+}
+
+// Right-hand side of a contact under load.
+fn right_of(number: u32) -> vec3f {
+    return vec3f(right[3u * number], right[3u * number + 1u], right[3u * number + 2u]);
+}
+
+fn set_right(number: u32, own: vec3f) {
+    right[3u * number] = own.x;
+    right[3u * number + 1u] = own.y;
+    right[3u * number + 2u] = own.z;
 }
 
 // A number of a - L^T W s, for a column of L; 0 for one that is zero.
@@ -296,47 +294,47 @@ fn square_to(response: Response, off: vec3f) -> vec3f {
     }
 }
 
-// Solves for more contacts: the blocks take the place of those of the inverse inertia, which is to be assembled anew. A barrier at the end.
+// A barrier for both kinds of memory.
+fn wait_for_all() {
+    storageBarrier();
+    workgroupBarrier();
+}
+
+// Solves for more rows: the blocks take the place of those of the inverse inertia below the diagonal, and on it those of the roots. Those above the diagonal stay, and fill their places at the end.
+// A barrier there.
 fn factor_in_place(size: u32) {
     for (var index = thread; index < size * (size + 1u) / 2u; index += LANES) {
         let own = block_of(index);
-        let rows = loaded[own.x];
-        let columns = loaded[own.y];
-        var product = transpose(roots[rows]) * block(rows, columns) * roots[columns];
-        if rows == columns {
-            // Rows behind the rank are those of the unit matrix.
-            product += mat3x3f(unit(0u), unit(1u), unit(2u));
+        if own.x != own.y {
+            let row = loaded[own.x].x;
+            let column = loaded[own.y].x;
+            set_block(row, column, transpose(roots[row]) * block(row, column) * roots[column]);
         }
-        set_factor(loaded_at(own.x, own.y), product);
     }
-    workgroupBarrier();
-    solve_loaded(size);
-    is_assembled = false;
+    wait_for_all();
+    if thread < size {
+        let own = loaded[thread].x;
+        // Rows behind the rank are those of the unit matrix.
+        roots[own] = transpose(roots[own]) * block(own, own) * roots[own] + mat3x3f(unit(0u), unit(1u), unit(2u));
+    }
+    wait_for_all();
+    solve_factored(size);
+    for (var index = thread; index < size * (size + 1u) / 2u; index += LANES) {
+        let own = block_of(index);
+        if own.x != own.y {
+            set_factor(own.x, own.y, transpose(factor_at(own.y, own.x)));
+        }
+    }
+    wait_for_all();
 }
 
-// First number of the block of two contacts under load.
-fn loaded_at(row: u32, column: u32) -> u32 {
-    return block_at(loaded[row], loaded[column]);
+// Block of the factor in the place of that of two contacts under load.
+fn factor_at(row: u32, column: u32) -> mat3x3f {
+    return block(loaded[row].x, loaded[column].x);
 }
 
-fn factor_at(at: u32) -> mat3x3f {
-    return mat3x3f(
-        inertia[at], inertia[at + 1u], inertia[at + 2u],
-        inertia[at + 3u], inertia[at + 4u], inertia[at + 5u],
-        inertia[at + 6u], inertia[at + 7u], inertia[at + 8u],
-    );
-}
-
-fn set_factor(at: u32, own: mat3x3f) {
-    set_column(at, own[0]);
-    set_column(at + 3u, own[1]);
-    set_column(at + 6u, own[2]);
-}
-
-fn set_column(at: u32, own: vec3f) {
-    inertia[at] = own.x;
-    inertia[at + 1u] = own.y;
-    inertia[at + 2u] = own.z;
+fn set_factor(row: u32, column: u32, own: mat3x3f) {
+    set_block(loaded[row].x, loaded[column].x, own);
 }
 
 // Inverse of the Cholesky factor of a block.
@@ -356,41 +354,45 @@ fn inverse_root(a: mat3x3f) -> mat3x3f {
 }
 
 // Solves for the right-hand side, in its place, by Cholesky's method in blocks: each column takes its part off all that is behind it. A barrier at the end.
-fn solve_loaded(size: u32) {
+fn solve_factored(size: u32) {
     for (var j = 0u; j < size; j++) {
         // Every thread computes the block on the diagonal.
-        let inverse = inverse_root(factor_at(loaded_at(j, j)));
-        let y = inverse * right[j];
-        workgroupBarrier();
+        let inverse = inverse_root(roots[loaded[j].x]);
+        let y = inverse * right_of(j);
+        wait_for_all();
         for (var i = j + 1u + thread; i < size; i += LANES) {
-            let own = factor_at(loaded_at(i, j)) * transpose(inverse);
-            set_factor(loaded_at(i, j), own);
-            right[i] -= own * y;
+            let own = factor_at(i, j) * transpose(inverse);
+            set_factor(i, j, own);
+            set_right(i, right_of(i) - own * y);
         }
         if thread == 0u {
-            set_factor(loaded_at(j, j), inverse);
-            right[j] = y;
+            roots[loaded[j].x] = inverse;
+            set_right(j, y);
         }
-        workgroupBarrier();
+        wait_for_all();
         let left = size - j - 1u;
         for (var index = thread; index < left * (left + 1u) / 2u; index += LANES) {
             let own = block_of(index) + vec2u(j + 1u);
-            let at = loaded_at(own.x, own.y);
-            set_factor(at, factor_at(at) - factor_at(loaded_at(own.x, j)) * transpose(factor_at(loaded_at(own.y, j))));
+            let change = factor_at(own.x, j) * transpose(factor_at(own.y, j));
+            if own.x == own.y {
+                roots[loaded[own.x].x] -= change;
+            } else {
+                set_factor(own.x, own.y, factor_at(own.x, own.y) - change);
+            }
         }
-        workgroupBarrier();
+        wait_for_all();
     }
     for (var left = size; left > 0u; left--) {
         let i = left - 1u;
-        let x = transpose(factor_at(loaded_at(i, i))) * right[i];
-        workgroupBarrier();
+        let x = transpose(roots[loaded[i].x]) * right_of(i);
+        wait_for_all();
         for (var k = thread; k < i; k += LANES) {
-            right[k] -= transpose(factor_at(loaded_at(i, k))) * x;
+            set_right(k, right_of(k) - transpose(factor_at(i, k)) * x);
         }
         if thread == 0u {
-            right[i] = x;
+            set_right(i, x);
         }
-        workgroupBarrier();
+        wait_for_all();
     }
 }
 

@@ -5,15 +5,15 @@
 var<workgroup> way_contact: array<u32, MEETING_MOST_WAYS>;
 var<workgroup> lengths: array<u32, MEETING_MOST_WAYS>;
 var<workgroup> second_way: array<u32, MEETING_MOST_CONTACTS>;
-// Number of joints, from the root on, that two ways share: up to the diagonal, row after row.
-var<workgroup> shared_steps: array<u32, (MEETING_MOST_WAYS) * (MEETING_MOST_WAYS + 1u) / 2u>;
+// Number of joints, from the root on, that two ways share: up to the diagonal, row after row, two numbers a word.
+var<workgroup> shared_steps: array<u32, (MEETING_MOST_WAYS * (MEETING_MOST_WAYS + 1u) / 2u + 1u) / 2u>;
 var<private> ways: u32;
 
 // Follows the unit impulses of a contact from its link to the root of the tree: y = S^T P, P - G y. Keeps C^T y, and sums up the free change of the
 // contact's velocity, y e, with the joints' free change e = D^-1 y that the inward pass has left.
 fn walk_tree(contact: u32) {
     let pair = contact_pair[contact];
-    let p = contact_p[contact];
+    let p = place_of(contact);
     let directions = contact_frame(contact_n[contact]);
     tangents[contact][0] = directions[0];
     tangents[contact][1] = directions[1];
@@ -31,7 +31,7 @@ fn walk_tree(contact: u32) {
         }
     }
     of_rows += walk_on(contact, on);
-    free_velocity[contact] = v * directions + of_rows;
+    own_free = v * directions + of_rows;
 }
 
 // What two fruit of a pair pass on to the link that bears both. A capped one passes nothing on.
@@ -225,7 +225,8 @@ fn of_tree(own: vec2u) -> mat3x3f {
 
 // Number of joints that two ways share, from the root on.
 fn common_steps(one: u32, other: u32) -> u32 {
-    return shared_steps[pair_at(max(one, other), min(one, other))];
+    let pair = pair_at(max(one, other), min(one, other));
+    return (shared_steps[pair / 2u] >> (16u * (pair % 2u))) & 0xffffu;
 }
 
 // Number of a pair among those up to the diagonal.
@@ -237,19 +238,28 @@ fn pair_at(row: u32, column: u32) -> u32 {
 fn compare_ways() {
     storageBarrier();
     workgroupBarrier();
-    for (var index = thread; index < ways * (ways + 1u) / 2u; index += LANES) {
-        let both = block_of(index);
-        var low = select(0u, lengths[both.x], both.x == both.y);
-        var high = min(lengths[both.x], lengths[both.y]);
-        while low < high {
-            let middle = (low + high + 1u) / 2u;
-            let is_shared = segment_at(both.x, middle) == segment_at(both.y, middle);
-            low = select(low, middle, is_shared);
-            high = select(middle - 1u, high, is_shared);
+    let pairs = ways * (ways + 1u) / 2u;
+    for (var word = thread; 2u * word < pairs; word += LANES) {
+        var both = steps_of(block_of(2u * word));
+        if 2u * word + 1u < pairs {
+            both |= steps_of(block_of(2u * word + 1u)) << 16u;
         }
-        shared_steps[index] = low;
+        shared_steps[word] = both;
     }
     workgroupBarrier();
+}
+
+// Number of joints that two ways share, as the segments of both tell.
+fn steps_of(both: vec2u) -> u32 {
+    var low = select(0u, lengths[both.x], both.x == both.y);
+    var high = min(lengths[both.x], lengths[both.y]);
+    while low < high {
+        let middle = (low + high + 1u) / 2u;
+        let is_shared = segment_at(both.x, middle) == segment_at(both.y, middle);
+        low = select(low, middle, is_shared);
+        high = select(middle - 1u, high, is_shared);
+    }
+    return low;
 }
 
 // Segment of a way, `depth` joints from the root counted from 1.

@@ -86,7 +86,7 @@ fn respond_robot() {
             }
             while link >= 0 {
                 let on = moving(link);
-                let torque = cross(contact_p[contact] - on.p, force);
+                let torque = cross(place_of(contact) - on.p, force);
                 y[link] += dot(on.z, select(torque, force, robot.links[link].slides != 0u));
                 link = robot.links[link].parent;
             }

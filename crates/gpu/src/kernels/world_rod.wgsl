@@ -49,8 +49,8 @@ fn start_on_rod(row: u32, segment: u32, p: vec3f, directions: mat3x3f, change: v
 fn of_rod(row: u32, own: vec2u) -> mat3x3f {
     let rod = rod_of(row);
     let centre = fruit(row, FRUIT_P).xyz;
-    let one = torques_on_rod(rod, contact_p[own.x] - centre, frame_of(own.x));
-    let other = torques_on_rod(rod, contact_p[own.y] - centre, frame_of(own.y));
+    let one = torques_on_rod(rod, place_of(own.x) - centre, frame_of(own.x));
+    let other = torques_on_rod(rod, place_of(own.y) - centre, frame_of(own.y));
     return transpose(one) * about_each(rod.pivot.inverse, rod.e, other);
 }
 

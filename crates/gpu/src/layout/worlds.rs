@@ -119,6 +119,13 @@ fields! {
         /// Number of fields.
         FIELDS = 8,
     }
+    /// Velocity change of a contact by unit impulses on another one, or on itself.
+    block {
+        /// The changes (3), impulse by impulse; the fourth number of each is free.
+        COLUMNS = 0,
+        /// Number of fields.
+        FIELDS = 12,
+    }
     /// A collider of the robot, in the table that all worlds read.
     collider {
         /// Shape ([`solid`]).

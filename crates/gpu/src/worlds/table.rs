@@ -11,7 +11,8 @@ use orchard_treephys::TreeBody;
 
 use crate::BatchError;
 use crate::layout::{
-    LANES, QUAD, collider, contact, head, material, meeting, pair, path, place, robot, solid, still, system,
+    LANES, QUAD, block, collider, contact, head, material, meeting, pair, path, place, robot, solid, still,
+    system,
 };
 use crate::memory::{Memory, PlacedQuad, Room, depth};
 use crate::robots::Alone;
@@ -96,7 +97,8 @@ impl WorldTable {
         let record = meeting::FIELDS
             + meeting::MOST_PAIRS
             + meeting::MOST_CONTACTS * (contact::FIELDS + 3 * robot::DOFS)
-            + meeting::MOST_WAYS * depth * path::FIELDS;
+            + meeting::MOST_WAYS * depth * path::FIELDS
+            + meeting::MOST_CONTACTS * meeting::MOST_CONTACTS * block::FIELDS;
         let records = plants.len().div_ceil(LANES) * system::FIELDS * LANES;
         for (field, value) in [
             (head::COLLIDERS, colliders.len()),

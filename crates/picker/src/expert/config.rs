@@ -31,8 +31,20 @@ section! {
         leave: LeaveConfig,
         /// Placing in the bucket.
         place: PlaceConfig,
+        /// Times left in which an attempt still succeeds.
+        finish: FinishConfig,
         /// Limits of the alarms.
         watch: WatchConfig,
+    }
+}
+
+section! {
+    /// Times left in a run in which an attempt still succeeds.
+    FinishConfig {
+        /// Least time for a whole attempt: with less left, none is begun.
+        attempt: Quantity,
+        /// Least time from the approach of the hand until the fruit lies in the bucket: with less left, the hand does not go for the fruit.
+        approach: Quantity,
     }
 }
 

@@ -47,6 +47,10 @@ impl<C: BenchController> BenchController for Playback<C> {
         }
     }
 
+    fn run_ends_at(&mut self, time: f64) {
+        self.controller.run_ends_at(time);
+    }
+
     fn drain_log(&mut self) -> Vec<ControllerEvent> {
         self.controller.drain_log()
     }

@@ -160,6 +160,10 @@ impl<C: Controller> BenchController for Recorded<C> {
         self.controller.act(observation)
     }
 
+    fn run_ends_at(&mut self, time: f64) {
+        self.controller.run_ends_at(time);
+    }
+
     fn drain_log(&mut self) -> Vec<ControllerEvent> {
         self.reader.read(self.controller.record())
     }

@@ -55,6 +55,7 @@ pub fn run_observed_episode<W: BenchWorld, C: BenchController>(
     let mut stall = StallWatch::new(&protocol.rules, frame);
     let mut outcome = world.quarantine().map(|reason| Outcome::Quarantined { reason });
     let mut last = None;
+    controller.run_ends_at(f64::from(key.horizon_frames) * frame);
     while outcome.is_none() {
         let observation = world.observe();
         if stall.stalled(&observation) {

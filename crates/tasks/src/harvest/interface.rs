@@ -82,6 +82,10 @@ pub struct VisibleFruit {
 pub trait BenchController {
     /// Returns the command for the next frame.
     fn act(&mut self, observation: &Observation) -> Command;
+    /// Tells when the run ends, on the clock of the observations \[s\]; called once, before the first frame.
+    fn run_ends_at(&mut self, time: f64) {
+        let _ = time;
+    }
     /// Returns the events that the controller logged during the last call of [`BenchController::act`], in order.
     fn drain_log(&mut self) -> Vec<ControllerEvent>;
 }

@@ -254,6 +254,10 @@ impl<C: BenchController> BenchController for DetectionTap<C> {
         self.controller.act(observation)
     }
 
+    fn run_ends_at(&mut self, time: f64) {
+        self.controller.run_ends_at(time);
+    }
+
     fn drain_log(&mut self) -> Vec<ControllerEvent> {
         let log = self.controller.drain_log();
         for event in &log {
