@@ -20,9 +20,6 @@ use crate::worlds::pipelines::{QuadPipelines, WorldPipelines};
 const STORAGE_BUFFERS: u32 = 8;
 const UNIFORMS: u32 = 2;
 
-/// Workgroup memory that the contacts of a world take [bytes], rounded up.
-pub(crate) const WORKGROUP_STORAGE: u32 = 24 << 10;
-
 /// Error of a graphics device.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum GpuError {
@@ -180,17 +177,9 @@ impl Gpu {
         let required_limits = Limits {
             max_storage_buffer_binding_size: has.max_storage_buffer_binding_size.min(largest_buffer),
             max_buffer_size: has.max_buffer_size.min(largest_buffer),
-            ..Limits::downlevel_defaults()
-        };
-        // Whole worlds need more than an adapter must have.
-        let least = required_limits.max_compute_workgroup_storage_size;
-        let required_limits = Limits {
-            max_compute_workgroup_storage_size: has
-                .max_compute_workgroup_storage_size
-                .clamp(least, WORKGROUP_STORAGE.max(least)),
             max_storage_buffers_per_shader_stage: storage_buffers,
             max_compute_invocations_per_workgroup: (LANES * WARPS) as u32,
-            ..required_limits
+            ..Limits::downlevel_defaults()
         };
         // Times of kernels, where the adapter has a clock.
         let required_features = adapter.features() & Features::TIMESTAMP_QUERY;

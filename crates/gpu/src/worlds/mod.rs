@@ -19,7 +19,7 @@ use orchard_robot::{Command, RobotHandle, RobotModel};
 use crate::BatchError;
 use crate::batch::{GpuBatch, Options, Statistics};
 use crate::clock::{Clock, Timed};
-use crate::device::{Gpu, GpuError, WORKGROUP_STORAGE};
+use crate::device::{Gpu, GpuError};
 use crate::layout::{self, LANES, QUAD, place};
 use crate::memory::Room;
 use crate::pipelines::Pass;
@@ -86,13 +86,6 @@ impl WorldBatch {
     ) -> Result<Self, GpuError> {
         if trees.len() != x_world_odom.len() || trees.is_empty() {
             return Err(BatchError::Starts { starts: x_world_odom.len(), worlds: trees.len() }.into());
-        }
-        let has = gpu.device.limits().max_compute_workgroup_storage_size;
-        if has < WORKGROUP_STORAGE {
-            let why = format!(
-                "it has {has} bytes of workgroup memory; contacts of a robot need {WORKGROUP_STORAGE}"
-            );
-            return Err(GpuError::Unusable { adapter: gpu.info().name.clone(), why });
         }
         for (world, (tree, x_world_odom)) in trees.iter().zip(x_world_odom).enumerate() {
             check(tree.plant(), x_world_odom).map_err(|why| BatchError::World { world, why })?;
