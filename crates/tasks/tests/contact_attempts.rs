@@ -76,3 +76,14 @@ fn an_episode_has_the_same_contact_attempts_whatever_its_controller_declares() {
     assert_eq!(silent.fruit_knocked_off, record.fruit_knocked_off);
     assert!(silent.fruit_knocked_off.len() < silent.fruit_detached.len());
 }
+
+/// In a run that ends before an attempt would, the expert begins none; the baseline, which pays no heed to it, does.
+#[test]
+fn the_expert_begins_nothing_that_the_end_would_cut_off() {
+    let attempts = |controller: &str| {
+        let scenario = Scenario::of(&[("controller", controller)]).unwrap();
+        trial(&scenario, SEED, 0, 6.0).unwrap().attempts.len()
+    };
+    assert_eq!(attempts("expert"), 0);
+    assert!(attempts("baseline") > 0);
+}

@@ -40,6 +40,7 @@ pub fn read(file: &Path, scenario: &ScenarioArgs, program: &Program) -> Result<I
         command_log::check(folder, &record).map_err(|e| Failure::BadInput(e.to_string()))?;
     }
     let options = scenario.options()?;
+    let guessed = options.is_empty() && plan_of(file).is_none();
     let scenario = if options.is_empty() {
         of_result(file, &record, program)
     } else {
@@ -48,8 +49,13 @@ pub fn read(file: &Path, scenario: &ScenarioArgs, program: &Program) -> Result<I
     let harvest = Harvest::new(scenario.map_err(|e| bad(e.to_string()))?)?;
     let (own, key) = (harvest.config_hash(), &record.key);
     if own != key.config_hash {
+        let hint = if guessed {
+            ": there is no plan.json in the folder above it, so it was taken for a record of bench-v1. Put the plan.json of its result there, or give the scenario's options"
+        } else {
+            ""
+        };
         return Err(bad(format!(
-            "config_hash {} differs from that of this scenario and code, {own}",
+            "config_hash {} differs from that of this scenario and code, {own}{hint}",
             key.config_hash
         )));
     }
@@ -58,9 +64,7 @@ pub fn read(file: &Path, scenario: &ScenarioArgs, program: &Program) -> Result<I
 
 /// The scenario of a record: stored in the plan of its result folder, or found by its names.
 fn of_result(file: &Path, record: &EpisodeRecord, program: &Program) -> Result<Scenario, ScenarioError> {
-    let folder = file.parent().and_then(Path::parent);
-    let stored = folder
-        .filter(|folder| folder.join(PlanFile::FILE).is_file())
+    let stored = plan_of(file)
         .and_then(|folder| Store::open(folder).ok())
         .and_then(|store| PlanFile::scenario_of(&store, "harvest").ok());
     match stored {
@@ -69,6 +73,11 @@ fn of_result(file: &Path, record: &EpisodeRecord, program: &Program) -> Result<S
         }
         _ => Scenario::resolve(&Options::of_names(&record.key.scenario)?, program.controllers()),
     }
+}
+
+/// The result folder of a record, if it has a plan.
+fn plan_of(file: &Path) -> Option<&Path> {
+    file.parent().and_then(Path::parent).filter(|folder| folder.join(PlanFile::FILE).is_file())
 }
 
 fn of_text(text: &str, code_version: &str) -> Result<EpisodeRecord, String> {
