@@ -1,7 +1,7 @@
-//! Colour images as cameras and people keep them: PNG and JPEG, of 8 or 16 bits, grey or with transparency, read as sRGB of 8 bits.
+//! Colour images as cameras and people keep them: PNG and JPEG, of 8 or 16 bits, grey of 8 bits or with transparency, read as sRGB of 8 bits.
 
 use orchard_geometry::Image;
-use png::{ColorType, Decoder, Limits, Transformations};
+use png::{BitDepth, ColorType, Decoder, Limits, Transformations};
 use zune_core::bytestream::ZCursor;
 use zune_core::colorspace::ColorSpace;
 use zune_core::options::DecoderOptions;
@@ -28,6 +28,9 @@ pub enum ColourError {
         /// Rows.
         height: usize,
     },
+    /// The image is grey with 16 bits, as depth images are.
+    #[error("is grey with 16 bits, as depth images are; a colour image is needed")]
+    Depth,
     /// The first bytes are of no format that is read.
     #[error("is no PNG or JPEG file by its first bytes")]
     Unknown,
@@ -36,7 +39,7 @@ pub enum ColourError {
 /// Reads a colour image.
 ///
 /// # Errors
-/// The bytes are no PNG and no JPEG, damaged, or of too large an image.
+/// The bytes are no PNG and no JPEG, damaged, those of a depth image, or of too large an image.
 pub fn read(bytes: &[u8]) -> Result<Image<[u8; 3]>, ColourError> {
     match bytes {
         [0x89, b'P', b'N', b'G', ..] => read_png(bytes),
@@ -73,6 +76,9 @@ fn read_png(bytes: &[u8]) -> Result<Image<[u8; 3]>, ColourError> {
     let mut reader = decoder.read_info().map_err(damaged)?;
     let size = (reader.info().width as usize, reader.info().height as usize);
     check(size.0, size.1)?;
+    if (reader.info().color_type, reader.info().bit_depth) == (ColorType::Grayscale, BitDepth::Sixteen) {
+        return Err(ColourError::Depth);
+    }
     let too_large = ColourError::TooLarge { width: size.0, height: size.1 };
     let mut data = vec![0; reader.output_buffer_size().ok_or(too_large)?];
     reader.next_frame(&mut data).map_err(damaged)?;
@@ -115,7 +121,8 @@ mod tests {
         let grey = Image::from_pixels(1, 2, vec![7, 255]).unwrap();
         assert_eq!(read(&write_grey8(&grey).unwrap()).unwrap().pixels(), [[7; 3], [255; 3]]);
         let sixteen = Image::from_pixels(1, 1, vec![0x8000_u16]).unwrap();
-        assert_eq!(read(&write_grey16(&sixteen).unwrap()).unwrap().pixels(), [[0x80; 3]]);
+        let line = read(&write_grey16(&sixteen).unwrap()).unwrap_err().to_string();
+        assert!(line.starts_with("is grey with 16 bits, as depth images are"), "{line}");
         let red = read(JPEG).unwrap();
         assert_eq!((red.width(), red.height()), (8, 8));
         // Rounding of the conversion to luminance and colour differences and back.
