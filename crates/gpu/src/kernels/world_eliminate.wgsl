@@ -3,7 +3,7 @@
 
 // Vectors of four numbers of a row.
 const ROW: u32 = 8u;
-// Rows for which there is room.
+// Rows for which there is room: a thread each, and as many numbers in a row.
 const MOST_ROWS: u32 = LANES;
 
 // What a step hands on, in turns, so that it has one barrier: a number of each row behind the pivot's, which by symmetry are the pivot's row; and at the end right-hand side and pivot.
