@@ -62,6 +62,7 @@ pub(crate) fn source_of_worlds() -> String {
         include_str!("kernels/world.wgsl"),
         include_str!("kernels/pivot.wgsl"),
         include_str!("kernels/world_robot.wgsl"),
+        include_str!("kernels/world_cup.wgsl"),
         include_str!("kernels/world_box.wgsl"),
         include_str!("kernels/world_boxes.wgsl"),
         include_str!("kernels/world_near.wgsl"),

@@ -25,6 +25,7 @@ struct Start {
     commands: Vec<Command>,
     wish: Wish,
     climb: Climb,
+    leaves_under_lip: u64,
     /// True if wood and fruit must catch up before: the world leaves the device, or comes to it anew.
     is_late: bool,
     /// Places of the frames that were computed here.
@@ -73,7 +74,8 @@ impl Lockstep {
         watch.part(&mut self.profile, "exchange");
         let mut courses = vec![Course::default(); self.lanes.len()];
         for (span, start) in spans.iter().zip(&starts) {
-            courses[span.lane()] = Course { commands: &start.commands, wish: start.wish, climb: start.climb };
+            let &Start { ref commands, wish, climb, leaves_under_lip, .. } = start;
+            courses[span.lane()] = Course { commands, wish, climb, leaves_under_lip };
         }
         // Worlds that are computed here move while the frames of the others are submitted.
         let (batch, of_starts) = (&mut self.batch, &starts);
@@ -213,6 +215,7 @@ impl Lockstep {
                     data: world.data(),
                     start: world.start(),
                     set_points: world.set_points(),
+                    suction: world.suction(),
                 })
             })
             .collect();
@@ -268,8 +271,9 @@ fn start_of<S: Span>(lanes: &[Option<Occupant>], most: usize, span: &mut S) -> S
         (Where::Device, false, false) => (commands.len(), Wish::News),
         _ => (0, if is_late { Wish::Last } else { Wish::News }),
     };
+    let (climb, leaves_under_lip) = (world.climb(), world.leaves_under_lip(commands));
     let commands = world.coming(commands).take(lent).copied().collect();
-    Start { place, commands, wish, climb: world.climb(), is_late, here: Vec::new() }
+    Start { place, commands, wish, climb, leaves_under_lip, is_late, here: Vec::new() }
 }
 
 /// Computes up to so many frames of a world here, the first one for a reason that is known; returns the reasons.
@@ -324,7 +328,8 @@ fn take_back<S: Span>(batch: &WorldBatch, lanes: &[Option<Occupant>], span: &mut
                 let v_fruit_before = batch.fruit_before(lane, frame).collect();
                 let stem_wear = batch.stem_wear(lane, frame).collect();
                 let contacts = contacts.collect();
-                Moved { set_points, contacts, impulse, peak_force, v_fruit_before, stem_wear }
+                let suction = batch.suction(lane, frame);
+                Moved { set_points, suction, contacts, impulse, peak_force, v_fruit_before, stem_wear }
             });
         } else {
             end.calm += 1;

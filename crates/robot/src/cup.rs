@@ -6,6 +6,7 @@
 
 use crate::config::CupConfig;
 use orchard_geometry::{Pose, Vec3, math};
+use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
 
 /// A suction cup on the last arm link.
@@ -19,14 +20,30 @@ pub struct Cup {
     pub lip_radius: f64,
     /// Half the thickness of the lip \[m\].
     pub half_thickness: f64,
-    follow: f64,
-    curve_radius_min: f64,
+    /// Distance that the lip bends to stay on a fruit \[m\].
+    pub follow: f64,
+    /// Radius below which a fruit folds the lip \[m\].
+    pub curve_radius_min: f64,
     /// Gap that a leaf under the lip leaves \[m\].
     pub leaf_gap: f64,
-    vacuum_max: f64,
-    leak_half: f64,
-    rise_time: f64,
+    /// Vacuum of the pump with the cup closed \[Pa\].
+    pub vacuum_max: f64,
+    /// Open area at which half of it is left [m^2].
+    pub leak_half: f64,
+    /// Time in which the vacuum of a closed cup builds up \[s\].
+    pub rise_time: f64,
     grip_vacuum: f64,
+}
+
+/// Vacuum of a suction cup, and the fruit on which its lip lies.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Suction {
+    /// Vacuum below the pressure of the air \[Pa\].
+    pub vacuum: f64,
+    /// Fruit on which the lip lies.
+    pub fruit: Option<usize>,
+    /// Points of the lip that are closed on that fruit, a bit each, of the first 64: nothing gets under them.
+    pub closed: u64,
 }
 
 /// Seal between a lip and a ball.
@@ -68,11 +85,6 @@ impl Cup {
     /// Length of the lip between two of its points \[m\].
     pub fn spacing(&self) -> f64 {
         TAU * self.lip_radius / self.lip_p_lip.len() as f64
-    }
-
-    /// Vacuum of the pump with the cup closed \[Pa\].
-    pub fn vacuum_max(&self) -> f64 {
-        self.vacuum_max
     }
 
     /// Seal of a cup that touches nothing.

@@ -27,17 +27,17 @@ fn the_vacuum_of_a_closed_cup_rises_as_the_closed_form() {
     let seal = seal(&cup, &centred(&cup, 0.035, 1e-3), 0.035, nothing);
     assert_eq!(seal, Seal { leak: 0.0, closed: 1.0 });
     let (mut vacuum, mut time) = (0.0, 0.0);
-    while vacuum < 0.6 * cup.vacuum_max() {
+    while vacuum < 0.6 * cup.vacuum_max {
         vacuum = cup.vacuum_after(vacuum, 1.0, &seal, SUBSTEP);
         time += SUBSTEP;
-        let wanted = cup.vacuum_max() * (1.0 - math::exp(-time / cup.rise_time));
-        assert!((vacuum - wanted).abs() < 1e-9 * cup.vacuum_max(), "{time} {vacuum} {wanted}");
+        let wanted = cup.vacuum_max * (1.0 - math::exp(-time / cup.rise_time));
+        assert!((vacuum - wanted).abs() < 1e-9 * cup.vacuum_max, "{time} {vacuum} {wanted}");
     }
     assert!((time - -cup.rise_time * math::ln(0.4)).abs() < SUBSTEP, "{time}");
     for _ in 0..90 {
         vacuum = cup.vacuum_after(vacuum, 0.0, &seal, SUBSTEP);
     }
-    assert!(vacuum < 0.001 * cup.vacuum_max(), "vented: {vacuum}");
+    assert!(vacuum < 0.001 * cup.vacuum_max, "vented: {vacuum}");
     assert!(cup.vacuum_after(1.0e4, f64::NAN, &seal, 1.0) < 1.0);
 }
 
@@ -45,8 +45,8 @@ fn the_vacuum_of_a_closed_cup_rises_as_the_closed_form() {
 fn a_leak_halves_the_vacuum_where_the_config_says_and_fills_the_cup_sooner() {
     let cup = cup();
     let leaky = Seal { leak: cup.leak_half, closed: 1.0 };
-    assert!((cup.vacuum_after(0.0, 1.0, &leaky, 10.0) - 0.5 * cup.vacuum_max()).abs() < 1.0);
-    let step = |seal: &Seal| cup.vacuum_after(cup.vacuum_max(), 0.0, seal, SUBSTEP);
+    assert!((cup.vacuum_after(0.0, 1.0, &leaky, 10.0) - 0.5 * cup.vacuum_max).abs() < 1.0);
+    let step = |seal: &Seal| cup.vacuum_after(cup.vacuum_max, 0.0, seal, SUBSTEP);
     assert!(step(&cup.open()) < step(&leaky) && step(&leaky) < step(&Seal { leak: 0.0, closed: 1.0 }));
     assert_eq!(cup.force(5.0e4, &cup.open()), 0.0);
 }
@@ -76,5 +76,5 @@ fn what_lies_badly_leaks() {
     let leaf = seal(&cup, &good, radius, |i| if i < 2 { cup.leaf_gap } else { 0.0 });
     assert!(leaf.leak > 0.0 && leaf.closed < 1.0);
     let weak = cup.vacuum_after(0.0, 1.0, &leaf, 10.0);
-    assert!(cup.force(weak, &leaf) < 0.7 * cup.vacuum_max() * cup.area(), "{weak}");
+    assert!(cup.force(weak, &leaf) < 0.7 * cup.vacuum_max * cup.area(), "{weak}");
 }

@@ -9,12 +9,13 @@ use crate::build::Parts;
 use crate::event::Status;
 use crate::groups;
 use crate::state::State;
+use crate::suction;
 use orchard_geometry::{Pose, Rotation, Shape, Vec3, transform};
 use orchard_multibody::{
     BodyId, ColliderId, ContactReport, Data, Model, Owner, SLOW_TURN, forward_kinematics,
     forward_kinematics_of,
 };
-use orchard_robot::{Climb, Command, RobotHandle, SetPoints};
+use orchard_robot::{Climb, Command, RobotHandle, SetPoints, Suction};
 use orchard_spec::Spec;
 use orchard_spec::fault::FaultKind;
 use orchard_treephys::wind::Weather;
@@ -31,8 +32,6 @@ pub enum Stay {
     Stopped,
     /// Broken wood may touch the ground; or wood has broken beside posts or wires.
     Broken,
-    /// The valve of the suction cup is open, or its vacuum is not gone.
-    Cup,
     /// The robot may touch uneven ground; or a fruit in its hand may touch uneven ground or another fruit off its stem.
     Near,
     /// A weight hangs on the arm.
@@ -43,14 +42,13 @@ pub enum Stay {
 
 impl Stay {
     /// All reasons.
-    pub const ALL: [Self; 6] = [Self::Stopped, Self::Broken, Self::Cup, Self::Near, Self::Weight, Self::Fast];
+    pub const ALL: [Self; 5] = [Self::Stopped, Self::Broken, Self::Near, Self::Weight, Self::Fast];
 
     /// Name in results.
     pub fn name(self) -> &'static str {
         match self {
             Self::Stopped => "stopped",
             Self::Broken => "broken_wood",
-            Self::Cup => "suction",
             Self::Near => "near_uneven_ground_or_fruit",
             Self::Weight => "weight_on_arm",
             Self::Fast => "fast_turns",
@@ -63,6 +61,8 @@ impl Stay {
 pub struct Moved {
     /// Set points of the servos.
     pub set_points: SetPoints,
+    /// Vacuum of the suction cup; the default without a cup.
+    pub suction: Suction,
     /// Contacts of the last substep.
     pub contacts: Vec<ContactReport>,
     /// Impulse of the robot on live wood in the frame [N s].
@@ -112,9 +112,10 @@ impl World {
     /// # Panics
     /// There is no command.
     pub fn outlook(&mut self, commands: &[Command]) -> Outlook {
-        let stays = self.stays(&commands[0]);
-        // Over uneven ground the chassis' height is foreseen for one frame.
-        let most = if self.parts.ground.field().is_some() { 1 } else { commands.len() };
+        let stays = self.stays();
+        let sucks = self.sucks(commands);
+        // Over uneven ground the chassis' height is foreseen for one frame, and what lies under a suction cup is seen for one.
+        let most = if self.parts.ground.field().is_some() || sucks { 1 } else { commands.len() };
         // All of them, or the half; each time with the frame after them, for which the motion would be needed at their end. Fewer would be a round of their own each, in which few worlds take as long as many.
         let half = (most > 1).then_some(most.div_ceil(2));
         let far = [Some(most), half].into_iter().flatten().find(|frames| !self.may_meet(frames + 1));
@@ -122,12 +123,12 @@ impl World {
         let stays = stays.or((!is_far && self.may_meet(1)).then_some(Stay::Near));
         let (spec, parts, state) = (&*self.spec, &*self.parts, &self.state);
         let mut coming = (1..).map(|k| state.frame + k).zip(self.coming(&commands[..frames]));
-        let has_cup = parts.handle.cup.is_some();
         let is_calm = is_far
+            && !sucks
             && spec.fault.is_none()
             && state.is_calm()
             && !state.fruit_may_be_met(spec, parts, frames + 1)
-            && !coming.any(|(frame, command)| self.shutter.keeps(frame) || (has_cup && opens_valve(command)));
+            && !coming.any(|(frame, _)| self.shutter.keeps(frame));
         Outlook { stays, frames, is_watched: !is_calm }
     }
 
@@ -152,7 +153,23 @@ impl World {
         Climb { height: heights[1], rate }
     }
 
-    fn stays(&mut self, command: &Command) -> Option<Stay> {
+    /// True if in the next frames under some commands a suction cup may have a vacuum.
+    fn sucks(&self, commands: &[Command]) -> bool {
+        let is_open = || self.coming(commands).any(|command| command.vacuum > 0.0);
+        self.parts.handle.cup.is_some() && (self.state.suction.vacuum != 0.0 || is_open())
+    }
+
+    /// Vacuum of the suction cup; the default without a cup.
+    pub fn suction(&self) -> &Suction {
+        &self.state.suction
+    }
+
+    /// Points of the suction cup's lip under which leaves lie, a bit each, if it may have a vacuum in the next frames under some commands.
+    pub fn leaves_under_lip(&self, commands: &[Command]) -> u64 {
+        if self.sucks(commands) { suction::leaves_under_lip(&self.parts, &self.state.data) } else { 0 }
+    }
+
+    fn stays(&mut self) -> Option<Stay> {
         let (spec, parts, state) = (&*self.spec, &*self.parts, &mut self.state);
         if state.status != Status::Running {
             return Some(Stay::Stopped);
@@ -166,11 +183,7 @@ impl World {
             return Some(Stay::Weight);
         }
         // After calm frames nothing turned fast.
-        if !state.is_behind && state.data.fastest_turn() * parts.settings.h > SLOW_TURN {
-            return Some(Stay::Fast);
-        }
-        let is_open = opens_valve(state.commands.front().unwrap_or(command)) || state.suction.vacuum != 0.0;
-        (parts.handle.cup.is_some() && is_open).then_some(Stay::Cup)
+        (!state.is_behind && state.data.fastest_turn() * parts.settings.h > SLOW_TURN).then_some(Stay::Fast)
     }
 
     /// True if within some frames there may be a contact that a device does not know: of the robot with uneven ground, of a fruit in its hand with uneven ground or other fruit off their stems, or of broken wood with the ground, by the speeds of robot, fruit and wood.
@@ -246,12 +259,13 @@ impl World {
             [count(&state.data.tethered), count(&state.data.point_carried), state.rupture.breaks().len()]
         };
         let before = bonds(state);
-        let Moved { set_points, contacts, impulse, peak_force, v_fruit_before, stem_wear } =
+        let Moved { set_points, suction, contacts, impulse, peak_force, v_fruit_before, stem_wear } =
             write(&parts.model, &parts.handle, &mut state.data);
         if std::mem::take(&mut state.is_behind) {
             state.keep_fruit_velocities(v_fruit_before);
         }
         state.servos.restore(&set_points);
+        state.suction = suction;
         state.fruit.set_wear(&stem_wear);
         state.report.contacts = contacts;
         if state.data.is_finite() {
@@ -313,11 +327,6 @@ impl World {
     pub fn set_points(&self) -> &SetPoints {
         self.state.servos.set_points()
     }
-}
-
-/// True if a command lets air out of a suction cup; one that is not a number may.
-fn opens_valve(command: &Command) -> bool {
-    command.vacuum > 0.0 || command.vacuum.is_nan()
 }
 
 #[cfg(test)]

@@ -122,6 +122,7 @@ fn take_back_as_in(world: &mut World, other: &World, command: &Command) {
         }
         Moved {
             set_points: *other.set_points(),
+            suction: *other.suction(),
             contacts: other.report().contacts.clone(),
             impulse: 0.0,
             peak_force: 0.0,

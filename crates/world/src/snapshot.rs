@@ -9,11 +9,11 @@ use crate::load::WoodLoad;
 use crate::sensing::Odometry;
 use crate::snapshot_error::SnapshotError;
 use crate::state::State;
-use crate::suction::Suction;
+use crate::suction;
 use crate::touch::fruit_touches;
 use orchard_fruit::{FruitLives, Partner};
 use orchard_multibody::{Data, StepReport};
-use orchard_robot::{Command, SetPoints};
+use orchard_robot::{Command, SetPoints, Suction};
 use orchard_treephys::Rupture;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
@@ -166,7 +166,7 @@ impl World {
             (content.events.iter().all(event_fits), "events"),
             (contacts.iter().all(|c| c.a.index() < colliders && c.b.index() < colliders), "contacts"),
             (content.load.fits(segments), "load"),
-            (content.suction.fits(fruit), "suction"),
+            (suction::fits(&content.suction, fruit), "suction"),
             (images.all(|shot| shot.motion.fits(&parts.model)), "image"),
             (
                 parts.sensing.as_ref().map_or(content.commands.is_empty(), |s| s.fits(&content.commands)),
@@ -222,7 +222,7 @@ impl World {
         state.load = *load;
         state.odometry = *odometry;
         state.commands.clone_from(commands);
-        let sealed = suction.sealed(&self.parts);
+        let sealed = suction::sealed(suction, &self.parts);
         fruit_touches(&self.parts.colliders, report, sealed, &mut state.touches);
         self.prepared = None;
         self.state.image = match (&snapshot.image, shot) {

@@ -8,14 +8,14 @@ use crate::camera::{CameraTruth, Flight, Shot, Shutter};
 use crate::event::{Status, WorldEvent};
 use crate::load::WoodLoad;
 use crate::sensing::Odometry;
-use crate::suction::{Suction, Under};
+use crate::suction::{self, Under};
 use crate::touch::{FruitTouch, fruit_touches};
 use loose::{Loose, Within};
 use orchard_fruit::{FruitLives, RestRule, Touch, is_gripped};
 use orchard_geometry::{Pose, Vec3};
 use orchard_multibody::contact::Vicinity;
 use orchard_multibody::{Data, Groups, Model, Motion, StepReport, step};
-use orchard_robot::{Command, RobotHandle, RobotModel, Servos};
+use orchard_robot::{Command, RobotHandle, RobotModel, Servos, Suction};
 use orchard_spec::Spec;
 use orchard_treephys::Rupture;
 use std::collections::VecDeque;
@@ -174,8 +174,8 @@ impl State {
         self.rupture.begin_substep(&parts.tree, model, &mut self.data, &spec.wood, h);
         self.data.save_motion(&mut self.before);
         self.keep_velocities(parts);
-        let Self { data, fruit, report, under, .. } = self;
-        let pull = self.suction.begin_substep(parts, data, fruit, report, command.vacuum, under);
+        let Self { data, fruit, report, under, suction, .. } = self;
+        let pull = suction::begin_substep(suction, parts, data, fruit, report, command.vacuum, under);
         step(model, &mut self.data, settings, &mut self.report);
         // Each repetition caps at least one more joint.
         while self.servos.cap_overshoot(model, &mut self.data, handle) {
@@ -223,7 +223,7 @@ impl State {
         parts.fruit.weigh_on(&mut self.data, |segment| self.rupture.is_debris(segment));
 
         std::mem::swap(&mut self.touches, &mut self.touches_before);
-        let sealed = self.suction.sealed(parts);
+        let sealed = suction::sealed(&self.suction, parts);
         fruit_touches(&parts.colliders, &self.report, sealed, &mut self.touches);
         let (x_world_base, base_velocity) = bucket_motion(&self.data, &parts.handle);
         self.end_touches(spec, parts, &x_world_base);

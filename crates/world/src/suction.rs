@@ -9,19 +9,7 @@ use crate::touch::Part;
 use orchard_fruit::{FruitLives, Phase};
 use orchard_geometry::{Pose, Vec3, inverse_transform, transform};
 use orchard_multibody::{BodyId, Data, StepReport};
-use orchard_robot::Cup;
-use serde::{Deserialize, Serialize};
-
-/// Vacuum of a suction cup.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Suction {
-    /// Vacuum below the pressure of the air \[Pa\].
-    pub vacuum: f64,
-    /// Fruit on which the lip lies.
-    fruit: Option<usize>,
-    /// Points of the lip that are closed on that fruit, a bit each, of the first 64: nothing gets under them.
-    closed: u64,
-}
+use orchard_robot::{Cup, Suction};
 
 /// Force of the pressure in one substep, with the inputs that it replaced.
 #[derive(Debug, Clone, Copy)]
@@ -42,56 +30,54 @@ impl Pull {
     }
 }
 
-impl Suction {
-    /// True if its fruit is one of so many.
-    pub fn fits(&self, fruit: usize) -> bool {
-        self.vacuum.is_finite() && self.fruit.is_none_or(|i| i < fruit)
-    }
+/// True if a suction's fruit is one of so many.
+pub(crate) fn fits(suction: &Suction, fruit: usize) -> bool {
+    suction.vacuum.is_finite() && suction.fruit.is_none_or(|i| i < fruit)
+}
 
-    /// Fruit that the vacuum holds on to.
-    pub fn sealed(&self, parts: &Parts) -> Option<usize> {
-        let cup = parts.handle.cup.as_ref()?;
-        self.fruit.filter(|_| cup.is_sealed(self.vacuum))
-    }
+/// Fruit that the vacuum holds on to.
+pub(crate) fn sealed(suction: &Suction, parts: &Parts) -> Option<usize> {
+    let cup = parts.handle.cup.as_ref()?;
+    suction.fruit.filter(|_| cup.is_sealed(suction.vacuum))
+}
 
-    /// Brings the vacuum to the end of the next substep and applies its force. `report` holds the contacts of the substep before; `valve` is
-    /// the commanded opening; `under` is scratch.
-    pub fn begin_substep(
-        &mut self,
-        parts: &Parts,
-        data: &mut Data,
-        lives: &FruitLives,
-        report: &StepReport,
-        valve: f64,
-        under: &mut Under,
-    ) -> Option<Pull> {
-        let cup = parts.handle.cup.as_ref()?;
-        let wrist = parts.handle.wrist();
-        let x_world_lip = data.x_world_body(wrist) * cup.x_wrist_lip;
-        let found = nearest(parts, data, lives, cup, &x_world_lip, self.fruit);
-        let (mut seal, mut closed) = (cup.open(), 0);
-        if let Some((fruit, p_lip)) = found {
-            let radius = parts.fruit.fruit[fruit].radius;
-            let was_closed = if self.fruit == Some(fruit) { self.closed } else { 0 };
-            under.find(parts, data, report, cup, &x_world_lip, fruit, was_closed);
-            let openings = || cup.openings(&p_lip, radius, |i| under.gaps[i]);
-            seal = cup.seal(openings());
-            closed = openings().enumerate().fold(0, |mask, (i, gap)| mask | (u64::from(gap == 0.0) * bit(i)));
-        }
-        self.vacuum = cup.vacuum_after(self.vacuum, valve, &seal, parts.settings.h);
-        self.fruit = found.map(|(fruit, _)| fruit).filter(|_| seal.closed > 0.0);
-        self.closed = closed;
-        let fruit = self.fruit?;
-        let point = parts.fruit.points[fruit].index();
-        let on_cup = x_world_lip.rotation * Vec3::z() * cup.force(self.vacuum, &seal);
-        let r = data.point_p_world[point] - data.com_p_world(wrist);
-        let w = wrist.index();
-        let before = [data.point_force_world[point], data.body_force_world[w], data.body_torque_world[w]];
-        data.point_force_world[point] -= on_cup;
-        data.body_force_world[w] += on_cup;
-        data.body_torque_world[w] += r.cross(&on_cup);
-        Some(Pull { point, wrist, before })
+/// Brings the vacuum to the end of the next substep and applies its force. `report` holds the contacts of the substep before; `valve` is
+/// the commanded opening; `under` is scratch.
+pub(crate) fn begin_substep(
+    suction: &mut Suction,
+    parts: &Parts,
+    data: &mut Data,
+    lives: &FruitLives,
+    report: &StepReport,
+    valve: f64,
+    under: &mut Under,
+) -> Option<Pull> {
+    let cup = parts.handle.cup.as_ref()?;
+    let wrist = parts.handle.wrist();
+    let x_world_lip = data.x_world_body(wrist) * cup.x_wrist_lip;
+    let found = nearest(parts, data, lives, cup, &x_world_lip, suction.fruit);
+    let (mut seal, mut closed) = (cup.open(), 0);
+    if let Some((fruit, p_lip)) = found {
+        let radius = parts.fruit.fruit[fruit].radius;
+        let was_closed = if suction.fruit == Some(fruit) { suction.closed } else { 0 };
+        under.find(parts, data, report, cup, &x_world_lip, fruit, was_closed);
+        let openings = || cup.openings(&p_lip, radius, |i| under.gaps[i]);
+        seal = cup.seal(openings());
+        closed = openings().enumerate().fold(0, |mask, (i, gap)| mask | (u64::from(gap == 0.0) * bit(i)));
     }
+    suction.vacuum = cup.vacuum_after(suction.vacuum, valve, &seal, parts.settings.h);
+    suction.fruit = found.map(|(fruit, _)| fruit).filter(|_| seal.closed > 0.0);
+    suction.closed = closed;
+    let fruit = suction.fruit?;
+    let point = parts.fruit.points[fruit].index();
+    let on_cup = x_world_lip.rotation * Vec3::z() * cup.force(suction.vacuum, &seal);
+    let r = data.point_p_world[point] - data.com_p_world(wrist);
+    let w = wrist.index();
+    let before = [data.point_force_world[point], data.body_force_world[w], data.body_torque_world[w]];
+    data.point_force_world[point] -= on_cup;
+    data.body_force_world[w] += on_cup;
+    data.body_torque_world[w] += r.cross(&on_cup);
+    Some(Pull { point, wrist, before })
 }
 
 /// Fruit that the lip lies on, with its centre in the lip's frame \[m\]: that of the smallest mean gap. `before` is that of
@@ -173,22 +159,48 @@ impl Under {
                 }
             }
         }
-        let lip = x_world_lip.translation.vector;
-        let near = 0.5 * cup.spacing();
-        for leaf in &parts.skeleton.leaves {
-            let x_world_segment = data.x_world_body(parts.tree.bodies[leaf.segment]);
-            let petiole = transform(x_world_segment, &leaf.x_segment_leaf.translation.vector);
-            let far = leaf.length + cup.lip_radius + near;
-            if (petiole - lip).norm_squared() > far * far {
-                continue;
+        under_leaves(parts, data, cup, x_world_lip, points, |i| {
+            if open(i) {
+                gaps[i] = gaps[i].max(cup.leaf_gap);
             }
-            let x_world_leaf = x_world_segment * leaf.x_segment_leaf;
-            for (i, (gap, p_world)) in gaps.iter_mut().zip(points.iter()).enumerate() {
-                let p = inverse_transform(&x_world_leaf, p_world);
-                let (along, across) = (2.0 * p.x / leaf.length - 1.0, 2.0 * p.y / leaf.width);
-                if open(i) && along * along + across * across <= 1.0 && p.z.abs() <= near {
-                    *gap = gap.max(cup.leaf_gap);
-                }
+        });
+    }
+}
+
+/// Points of the lip under which leaves lie, a bit each, of the first 64; none without a cup.
+pub(crate) fn leaves_under_lip(parts: &Parts, data: &Data) -> u64 {
+    let Some(cup) = &parts.handle.cup else { return 0 };
+    let x_world_lip = data.x_world_body(parts.handle.wrist()) * cup.x_wrist_lip;
+    let points: Vec<Vec3> = cup.lip_p_lip.iter().map(|p| transform(&x_world_lip, p)).collect();
+    let mut found = 0;
+    under_leaves(parts, data, cup, &x_world_lip, &points, |i| found |= bit(i));
+    found
+}
+
+/// Tells of each point of the lip, given in the world \[m\], when a leaf passes within half the distance between two of them.
+fn under_leaves(
+    parts: &Parts,
+    data: &Data,
+    cup: &Cup,
+    x_world_lip: &Pose,
+    points: &[Vec3],
+    mut found: impl FnMut(usize),
+) {
+    let lip = x_world_lip.translation.vector;
+    let near = 0.5 * cup.spacing();
+    for leaf in &parts.skeleton.leaves {
+        let x_world_segment = data.x_world_body(parts.tree.bodies[leaf.segment]);
+        let petiole = transform(x_world_segment, &leaf.x_segment_leaf.translation.vector);
+        let far = leaf.length + cup.lip_radius + near;
+        if (petiole - lip).norm_squared() > far * far {
+            continue;
+        }
+        let x_world_leaf = x_world_segment * leaf.x_segment_leaf;
+        for (i, p_world) in points.iter().enumerate() {
+            let p = inverse_transform(&x_world_leaf, p_world);
+            let (along, across) = (2.0 * p.x / leaf.length - 1.0, 2.0 * p.y / leaf.width);
+            if along * along + across * across <= 1.0 && p.z.abs() <= near {
+                found(i);
             }
         }
     }

@@ -64,6 +64,35 @@ struct Drive {
     acceleration: f32,
 }
 
+// A suction cup on a link; without one, a cup without points. Its law is in `world_cup.wgsl`.
+struct Cup {
+    points: u32,
+    link: i32,
+    // Its first point among the robot's colliders.
+    first: u32,
+    // Radius of the lip, and half its thickness [m].
+    radius: f32,
+    half_thickness: f32,
+    // Distance that the lip bends to stay on a fruit, radius below which a fruit folds it, and gap that a leaf leaves [m].
+    follow: f32,
+    curve_radius_min: f32,
+    leaf_gap: f32,
+    // Vacuum of the pump [Pa], open area at which half of it is left [m^2], time in which it builds up [s].
+    vacuum_max: f32,
+    leak_half: f32,
+    rise_time: f32,
+    // Area within the lip [m^2].
+    area: f32,
+    // Centre of the lip on the link [m], and length of the lip between two points [m].
+    p_link: vec3f,
+    spacing: f32,
+    // First and third axis of the lip's frame on the link; the third is the cup's.
+    x_link: vec3f,
+    z_link: vec3f,
+    // Points of the lip in its frame [m].
+    p_lip: array<vec4f, ROBOT_LIP>,
+}
+
 struct Robot {
     h: f32,
     gravity: f32,
@@ -102,6 +131,7 @@ struct Robot {
     finger_force: f32,
     // The last arm link with the fingers at their start, as the servos take it.
     wrist: Inertia,
+    cup: Cup,
     links: array<Link, ROBOT_DOFS>,
     arm: array<ArmJoint, ROBOT_ARM>,
     coupled: array<Coupling, ROBOT_COUPLINGS>,

@@ -15,6 +15,8 @@ var<private> contacts: u32;
 // Gap of the thread's contact, and its velocity without contacts: of the tree against the robot's present one.
 var<private> own_gap: f32;
 var<private> own_free: vec3f;
+// Impulse of the thread's contact if it is given, that of a suction cup [N s]; else 0.
+var<private> own_given: f32;
 
 // Solves the contacts, and hands their impulses on. Servos' limits and stuck joints are as in `solve_with_limits`.
 @compute @workgroup_size(LANES)
@@ -52,6 +54,7 @@ fn take_contacts() {
         contact_pair[thread] = bitcast<u32>(meetings[contact_at(thread)].w);
         contact_n[thread] = normal.xyz;
         own_gap = normal.w;
+        own_given = meetings[contact_at(thread) + 2u].w;
     }
     workgroupBarrier();
 }

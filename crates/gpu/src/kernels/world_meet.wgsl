@@ -41,6 +41,8 @@ const OPEN_FRUIT: f32 = 1.0;
 var<private> thread: u32;
 // Contact points that were left out.
 var<private> left_out: u32;
+// 1 if a suction cup pulls: its force takes a place among the contacts.
+var<private> pulls: u32;
 
 // Finds the contacts of the near pairs.
 @compute @workgroup_size(LANES)
@@ -49,7 +51,9 @@ fn meet(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) ow
     enter_world(group.x);
     let runs = bitcast<u32>(worlds[world_at(WORLD_STOPPED)]) == 0u;
     let pair_count = shared_number(select(0u, bitcast<u32>(system(SYSTEM_NEAR)), runs));
-    if pair_count == 0u {
+    // The cup of a robot that runs.
+    pulls = shared_number(select(0u, 1u, runs && cup_impulse() > 0.0));
+    if pair_count + pulls == 0u {
         return;
     }
     place_balls();
@@ -64,8 +68,11 @@ fn meet(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) ow
         meetings[contact_at(thread)] = vec4f(last, bitcast<f32>(met[thread]));
     }
     if thread == 0u {
-        meetings[system_at(SYSTEM_CONTACTS)].x = bitcast<f32>(count);
-        note_contacts(count, pair_count, touch_count);
+        if pulls != 0u {
+            add_cup(count);
+        }
+        meetings[system_at(SYSTEM_CONTACTS)].x = bitcast<f32>(count + pulls);
+        note_contacts(count + pulls, pair_count, touch_count);
     }
 }
 
@@ -382,7 +389,7 @@ fn is_kept(own: u32, known: u32) -> bool {
         }
     }
     let has_way = nearer_two < MEETING_MOST_WAYS - MEETING_MOST_CONTACTS || !goes_two_ways(bitcast<u32>(candidates[own * TOUCH_NUMBERS + 8u]));
-    return nearer < MEETING_MOST_CONTACTS && has_way;
+    return nearer + pulls < MEETING_MOST_CONTACTS && has_way;
 }
 
 // True if a touch will be nearer than another; of equal ones the first is.

@@ -153,7 +153,7 @@ fn extent(solid: Solid, n: vec3f) -> f32 {
 // Finds the pairs whose surfaces may be nearer than the margin, in the order of their colliders; returns their number, for all of which there may be no room.
 fn find_pairs() -> u32 {
     var found = 0u;
-    matters = false;
+    matters = cup_impulse() > 0.0;
     for (var first = 0u; first < round_count(); first += LANES) {
         let index = first + thread;
         let number = round_number(index);

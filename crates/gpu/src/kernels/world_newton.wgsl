@@ -10,7 +10,7 @@ const TOLERANCE: f32 = 1e-5;
 const SOLVED: f32 = 1e-3;
 // A contact whose impulse changes its velocity by less counts as changed by this much [m/s]: its law follows the rounding of velocities.
 const FAINT: f32 = 0.02;
-const MAX_ITERATIONS: u32 = 30u;
+const MAX_ITERATIONS: u32 = 100u;
 // The line search ends when the slope has fallen to this share of the slope at its start.
 const SLOPE_SHARE: f32 = 0.1;
 const MAX_EVALUATIONS: u32 = 12u;
@@ -123,6 +123,9 @@ fn material_of(collider: u32) -> u32 {
 // Open, sticking, sliding. `v` is the velocity beyond the one at which the impulse vanishes: near the solution it is small, and has little rounding.
 fn respond(v: vec3f) -> Response {
     let zero = vec3f(0.0);
+    if own_given != 0.0 {
+        return Response(vec3f(0.0, 0.0, own_given), mat3x3f(zero, zero, zero), 0u);
+    }
     let y_n = -v.z / law.r_n;
     let y = -v.xy / law.r_t;
     let y_t = length(y);
@@ -154,7 +157,8 @@ fn solve_contacts() {
     // The first step, at its full length, is to the impulses of the substep before.
     var dp = vec3f(0.0);
     if is_contact {
-        dp = meetings[contact_at(thread)].xyz * frame_of(thread);
+        let last = meetings[contact_at(thread)].xyz * frame_of(thread);
+        dp = select(last, vec3f(0.0, 0.0, own_given), own_given != 0.0);
         let own = block(thread, thread);
         w = sqrt(dot(own[0], own[0]) + dot(own[1], own[1]) + dot(own[2], own[2])) / 3.0;
         law = regularised(thread, w);
@@ -175,7 +179,7 @@ fn solve_contacts() {
             p += dp * length;
             v += dv * length;
             let least = select(0.0, FAINT * FAINT / w, is_contact);
-            let sizes = sum_of(vec2f(w * dot(dp, dp) * length * length, max(w * dot(p, p), least)));
+            let sizes = sum_of(vec2f(w * dot(dp, dp), max(w * dot(p, p), least)));
             step = sqrt(sizes.x / sizes.y);
         }
         if is_contact {
@@ -194,6 +198,9 @@ fn solve_contacts() {
     if is_contact {
         // The impulse of the law has more rounding than p.
         impulses[thread] = select(vec3f(0.0), on_cone(p), response.rank > 0u);
+        if own_given != 0.0 {
+            impulses[thread] = p;
+        }
     }
     if thread == 0u {
         var numbers = meetings[record_at()];

@@ -18,6 +18,7 @@ fn robot_begin(@builtin(workgroup_id) block: vec3u, @builtin(local_invocation_in
     if bits(ROBOT_STOPPED) == 0u {
         begin_robot(f32(rules.substeps - 1u - rules.substep) * robot.h);
         keep_system();
+        begin_cup();
         solve_with_limits();
         keep_solution();
     }

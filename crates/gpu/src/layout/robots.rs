@@ -21,8 +21,14 @@ fields! {
         STOPPED = 54,
         /// Degree of freedom that was not finite then; [`robot::DOFS`] for a command, [`robot::OF_TREE`] for the tree of its world.
         FAULT = 55,
+        /// Vacuum of the suction cup [Pa].
+        VACUUM = 56,
+        /// The fruit on which its lip lies, from 1, as bits; 0 without one.
+        CUP_FRUIT = 57,
+        /// Points of the lip that are closed on it, a bit each.
+        CUP_CLOSED = 58,
         /// Number of fields.
-        FIELDS = 56,
+        FIELDS = 60,
         /// Largest number of degrees of freedom.
         DOFS = 16,
         /// Largest number of the arm's joints.
@@ -31,6 +37,8 @@ fields! {
         FINGERS = 2,
         /// Largest number of couplings.
         COUPLINGS = 4,
+        /// Largest number of points of a suction cup's lip: a command holds a bit for each, as a number.
+        LIP = 24,
         /// Fault of a world whose tree was stopped.
         OF_TREE = 17,
     }
@@ -52,8 +60,12 @@ fields! {
         HEIGHT = 22,
         /// Rate at which that set point rises within the frame [m/s].
         CLIMB = 23,
+        /// Opening of the valve of the suction cup.
+        VALVE = 24,
+        /// Points of its lip under which leaves lie, a bit each, as a number.
+        LEAVES = 25,
         /// Number of fields.
-        FIELDS = 24,
+        FIELDS = 28,
     }
     /// Joint by which a robot's base moves.
     drive {

@@ -52,8 +52,12 @@ fields! {
         NEAR = 737,
         /// Servos and losses of the arm's joints with the limits that they meet without contacts: 8 numbers a joint.
         LIMITED = 740,
+        /// Axis of the suction cup (3), and the impulse by which it draws its fruit against it [N s]; only of a robot with a cup.
+        CUP = 804,
+        /// That fruit, from 1, as bits.
+        CUP_FRUIT = 808,
         /// Number of fields.
-        FIELDS = 804,
+        FIELDS = 812,
     }
     /// A world's record of its contacts: numbers, then [`contact`] by [`contact`], then the pairs of near colliders, then 16 responses of the robot's joints for each row of a contact, then [`path`] by
     /// [`path`], those of a contact from its link to the root.
@@ -97,6 +101,8 @@ fields! {
         GAP = 7,
         /// Place halfway between the surfaces [m], world (3).
         P = 8,
+        /// Impulse along the normal if it is given, that of a suction cup on its fruit [N s]; 0 for two surfaces.
+        GIVEN = 11,
         /// Number of fields.
         FIELDS = 12,
     }

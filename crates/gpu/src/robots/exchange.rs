@@ -1,8 +1,9 @@
 //! States of robots between the device and f64.
 
 use orchard_multibody::{Data, Model};
-use orchard_robot::{BaseJoint, JointValues, RobotHandle, SetPoints};
+use orchard_robot::{BaseJoint, JointValues, RobotHandle, SetPoints, Suction};
 
+use super::cup::fields_of;
 use super::{Alone, RobotBatch, row_place};
 use crate::layout::{QUAD, robot};
 
@@ -22,6 +23,7 @@ impl RobotBatch {
         handle: &RobotHandle,
         data: &Data,
         set: &SetPoints,
+        suction: &Suction,
     ) {
         let mut numbers = vec![(robot::STOPPED, 0.0), (robot::FAULT, 0.0)];
         for (own, &body) in self.alone.model.body_ids().zip(&handle.bodies) {
@@ -45,6 +47,9 @@ impl RobotBatch {
         }
         for (field, value) in numbers {
             self.states[row_place(world, field, robot::FIELDS)] = value as f32;
+        }
+        for (field, value) in fields_of(suction) {
+            self.states[row_place(world, field, robot::FIELDS)] = value;
         }
     }
 

@@ -1,6 +1,7 @@
 //! Batches of robots on a device.
 
 mod buffers;
+pub(crate) mod cup;
 pub(crate) mod exchange;
 pub(crate) mod pipelines;
 pub(crate) mod table;
@@ -102,7 +103,7 @@ impl RobotBatch {
         size_of::<Table>() + size_of_val(&*self.states) + size_of_val(&*self.commands)
     }
 
-    /// Sets the command of a world, for every frame until it is changed. The valve of a suction cup is not used: there is nothing to hold.
+    /// Sets the command of a world, for every frame until it is changed. The valve of a suction cup has no effect on a robot alone: there is nothing to hold.
     ///
     /// # Errors
     /// The command is for another number of arm joints.
@@ -121,10 +122,10 @@ impl RobotBatch {
     ///
     /// # Errors
     /// As [`Self::command`].
-    pub(crate) fn command_frames(&mut self, given: &[(&[Command], Climb)]) -> Result<(), GpuError> {
+    pub(crate) fn command_frames(&mut self, given: &[(&[Command], Unseen)]) -> Result<(), GpuError> {
         let has = self.alone.handle.arm.len();
         let numbers = |command: &Command| [command.arm_q.len(), command.arm_v.len()];
-        let wrong = |(world, (commands, _)): (usize, &(&[Command], Climb))| {
+        let wrong = |(world, (commands, _)): (usize, &(&[Command], Unseen))| {
             let given = commands.iter().flat_map(numbers).find(|&numbers| numbers != has)?;
             Some(BatchError::Joints { world, given, has })
         };
@@ -136,9 +137,9 @@ impl RobotBatch {
         for (frame, all) in self.commands.chunks_mut(each).enumerate().take(frames) {
             let blocks = all.par_chunks_mut(command::FIELDS * LANES).zip(given.par_chunks(LANES));
             blocks.for_each(|(block, given)| {
-                for (lane, (commands, climb)) in given.iter().enumerate() {
+                for (lane, (commands, unseen)) in given.iter().enumerate() {
                     if let Some(command) = commands.get(frame) {
-                        write(block, lane, command, *climb);
+                        write(block, lane, command, *unseen);
                     }
                 }
             });
@@ -155,7 +156,7 @@ impl RobotBatch {
     fn write(&mut self, world: usize, given: &Command) {
         let each = command::FIELDS * LANES;
         let block = &mut self.commands[world / LANES * each..][..each];
-        write(block, world % LANES, given, Climb::default());
+        write(block, world % LANES, given, Unseen::default());
         self.commands_changed = self.commands_changed.max(1);
     }
 
@@ -256,8 +257,19 @@ impl RobotBatch {
     }
 }
 
+/// What a world on the device does not see of the world around its robot.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Unseen {
+    /// Set point of the chassis' height.
+    pub climb: Climb,
+    /// Points of the suction cup's lip under which leaves lie, a bit each, of which the kernels know [`robot::LIP`].
+    pub leaves: u32,
+}
+
 /// Writes the command of a world into those of its block.
-fn write(block: &mut [f32], lane: usize, given: &Command, climb: Climb) {
+fn write(block: &mut [f32], lane: usize, given: &Command, Unseen { climb, leaves }: Unseen) {
+    // A valve that is not a number vents the cup.
+    let valve = if given.vacuum.is_finite() { given.vacuum } else { 0.0 };
     for (field, values) in [
         (command::ARM_Q, &given.arm_q[..]),
         (command::ARM_V, &given.arm_v),
@@ -266,6 +278,8 @@ fn write(block: &mut [f32], lane: usize, given: &Command, climb: Climb) {
         (command::FINGER_FORCE, &[given.finger_force]),
         (command::HEIGHT, &[climb.height]),
         (command::CLIMB, &[climb.rate]),
+        (command::VALVE, &[valve]),
+        (command::LEAVES, &[f64::from(leaves)]),
     ] {
         for (k, value) in values.iter().enumerate() {
             let largest = value.clamp(-LARGEST_COMMAND, LARGEST_COMMAND);

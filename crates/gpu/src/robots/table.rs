@@ -9,6 +9,7 @@ use orchard_robot::{
 };
 use orchard_spec::sim::SimSpec;
 
+use super::cup::CupTable;
 use crate::BatchError;
 use crate::layout::{CURVE_INTERVALS, QUAD, UNBOUNDED, drive, robot};
 
@@ -49,6 +50,7 @@ pub(crate) struct Table {
     finger_force: f32,
     unused: [f32; 2],
     wrist: Inertia,
+    cup: CupTable,
     links: [Link; robot::DOFS],
     arm: [ArmJoint; robot::ARM],
     coupled: [Coupling; robot::COUPLINGS],
@@ -221,7 +223,10 @@ impl Table {
             finger_force: servos.finger_force as f32,
             ..Self::zeroed()
         };
-        table.set_links(model).map_err(|why| refused(robot_model, &why))?;
+        let places = table.set_links(model).map_err(|why| refused(robot_model, &why))?;
+        let wrist = places[handle.wrist().index()];
+        let cup = CupTable::new(handle, wrist.link, &wrist.x_link_frame);
+        table.cup = cup.map_err(|why| refused(robot_model, &why))?;
         if let (Some(body), Some(gains)) = (handle.height, servos.height) {
             table.height_dof = model.dofs(body).start as i32;
             (table.height_stiffness, table.height_damping) = (gains.stiffness as f32, gains.damping as f32);

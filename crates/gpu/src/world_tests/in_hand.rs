@@ -1,19 +1,22 @@
 //! A fruit that the robot holds by friction, on the device against f64.
 
 use orchard_geometry::{inverse_transform, transform};
+use orchard_robot::Suction;
 
+use super::laid::{FRUIT, off_stem};
 use super::*;
 use crate::{Course, Fitted, Meeting, Room, Tenant};
 
-const FRUIT: usize = 0;
 /// Frames that the fingers have to close, and that the grip has to settle.
 const CLOSING: u32 = 120;
 const SETTLING: u32 = 60;
 
 /// A world whose robot holds a fruit before its trunk, and a lane of the device for it.
-struct Grip {
-    world: World,
-    command: Command,
+pub(super) struct Grip {
+    pub world: World,
+    pub command: Command,
+    /// Points of a suction cup's lip under which leaves lie, on the device.
+    pub leaves: u64,
     tree: TreeWorld,
     batch: WorldBatch,
     fitted: Fitted,
@@ -24,13 +27,8 @@ impl Grip {
     /// Closes the fingers of a robot on a fruit that has come off its stem, in f64.
     fn new(gpu: &Gpu, spec: &Arc<Spec>) -> Self {
         let robot = RobotModel::paper();
-        let mut world = World::new(spec.clone(), Arc::new(robot.clone()), 3, 0).unwrap();
+        let (mut world, mut command) = off_stem(spec, &robot);
         let point = world.fruit().points[FRUIT].index();
-        let mut command = robot.start_command();
-        while world.data().tethered[point] {
-            world.data_mut().point_force_world[point] = Vec3::new(0.0, 0.0, 60.0);
-            world.step(&command);
-        }
         let lift = world.fruit().fruit[FRUIT].mass * spec.sim.gravity.si();
         command.finger_q = 0.0;
         for frame in 0..CLOSING + SETTLING {
@@ -46,15 +44,26 @@ impl Grip {
             world.step(&command);
         }
         assert!(world.is_held(FRUIT), "the fingers have not closed on the fruit");
+        Self::on(gpu, world, &robot, command)
+    }
+
+    /// A world and a lane of the device for it.
+    pub fn on(gpu: &Gpu, world: World, robot: &RobotModel, command: Command) -> Self {
         let tree = tree_of(&world);
         let room = Room::for_trees(std::slice::from_ref(&tree), 0.0).unwrap();
-        let batch = WorldBatch::with_lanes(gpu, room, &tree, &robot, 1, 1).unwrap();
+        let batch = WorldBatch::with_lanes(gpu, room, &tree, robot, 1, 1).unwrap();
         let fitted = batch.fitted(&tree, &world.x_world_start()).unwrap().unwrap();
-        Self { world, command, tree, batch, fitted, is_planted: false }
+        Self { world, command, leaves: 0, tree, batch, fitted, is_planted: false }
     }
 
     /// Puts the world's state on the device.
-    fn plant(&mut self) {
+    pub fn plant(&mut self) {
+        let suction = *self.world.suction();
+        self.plant_with(&suction);
+    }
+
+    /// As [`Self::plant`], with a vacuum of its own.
+    pub fn plant_with(&mut self, suction: &Suction) {
         let Self { tree, world, .. } = &*self;
         let (data, rupture) = (world.data().clone(), world.rupture().clone());
         let tree = tree.in_state_of(data, rupture, world.fruit_lives().clone(), world.frame());
@@ -70,20 +79,22 @@ impl Grip {
             data: self.world.data(),
             start: self.world.start(),
             set_points: self.world.set_points(),
+            suction,
         };
         self.batch.plant(&[tenant]);
         self.is_planted = true;
     }
 
-    fn advance(&mut self, frames: u32) {
+    pub fn advance(&mut self, frames: u32) {
         for _ in 0..frames {
-            self.batch.advance_lanes(&[Course { commands: &[self.command], ..Course::default() }]).unwrap();
+            let (commands, leaves_under_lip) = (&[self.command], self.leaves);
+            self.batch.advance_lanes(&[Course { commands, leaves_under_lip, ..Course::default() }]).unwrap();
             self.batch.fetch().unwrap();
         }
     }
 
     /// State on the device.
-    fn read(&mut self) -> (Data, Meeting) {
+    pub fn read(&mut self) -> (Data, Meeting) {
         self.batch.ask(&[true]);
         self.batch.fetch().unwrap();
         let mut data = self.world.data().clone();
@@ -93,7 +104,12 @@ impl Grip {
         (data, meeting)
     }
 
-    fn point(&self) -> usize {
+    /// Vacuum of a suction cup on the device, after [`Self::read`].
+    pub fn suction(&self) -> Suction {
+        self.batch.suction(0, 0)
+    }
+
+    pub fn point(&self) -> usize {
         self.world.fruit().points[FRUIT].index()
     }
 
@@ -114,7 +130,7 @@ impl Grip {
     }
 
     /// Steps the world in f64, and returns the place of the fruit in the hand.
-    fn step_here(&mut self, frames: u32) -> Vec3 {
+    pub fn step_here(&mut self, frames: u32) -> Vec3 {
         (0..frames).for_each(|_| self.world.step(&self.command));
         self.p_tcp(self.world.data())
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use orchard_batch::{Plant, StemMotion, TreeWorld};
 use orchard_geometry::{Pose, Vec3};
 use orchard_multibody::{Data, Model};
-use orchard_robot::{RobotHandle, RobotModel, SetPoints};
+use orchard_robot::{RobotHandle, RobotModel, SetPoints, Suction};
 use rayon::prelude::*;
 
 use super::meeting::Meeting;
@@ -21,8 +21,9 @@ use crate::device::{Gpu, GpuError};
 use crate::laws::Laws;
 use crate::layout::{QUAD, meeting, robot, system};
 use crate::memory::{PlacedQuad, Room};
+use crate::robots::cup::suction;
 use crate::robots::exchange::set_points;
-use crate::robots::{RobotBatch, row_place};
+use crate::robots::{RobotBatch, Unseen, row_place};
 use crate::rules::Rules;
 use crate::schedule::Schedule;
 
@@ -56,6 +57,8 @@ pub struct Tenant<'a> {
     pub start: &'a Data,
     /// Set points of the robot's servos.
     pub set_points: &'a SetPoints,
+    /// Vacuum of its suction cup; the default without a cup.
+    pub suction: &'a Suction,
 }
 
 /// Numbers read from the device after the frames of a course. Those of robots are in two sections, lane by lane: servos and then losses of the joints; states. Those of trees are in [`Told`].
@@ -162,8 +165,8 @@ impl WorldBatch {
         }
         let (mut robots, mut meetings) = (Vec::new(), Vec::new());
         for tenant in tenants {
-            let Tenant { lane, model, handle, data, set_points, .. } = *tenant;
-            self.robots.load(lane, model, handle, data, set_points);
+            let Tenant { lane, model, handle, data, set_points, suction, .. } = *tenant;
+            self.robots.load(lane, model, handle, data, set_points, suction);
             robots.extend(self.robots.state_quads(lane).map(|(at, quad)| PlacedQuad::new(at, quad)));
             let record = (self.table.records + lane * self.table.record) / QUAD;
             let own = record as u32..(record + meeting::FIELDS / QUAD) as u32;
@@ -192,7 +195,9 @@ impl WorldBatch {
     /// # Panics
     /// There is not one course a lane, one is too long, or the batch has no lanes.
     pub fn advance_lanes(&mut self, courses: &[Course<'_>]) -> Result<(), GpuError> {
-        let commands: Vec<_> = courses.iter().map(|course| (course.commands, course.climb)).collect();
+        let unseen =
+            |course: &Course<'_>| Unseen { climb: course.climb, leaves: course.leaves_under_lip as u32 };
+        let commands: Vec<_> = courses.iter().map(|course| (course.commands, unseen(course))).collect();
         self.robots.command_frames(&commands)?;
         let question = |course: &Course<'_>| Question { frames: course.commands.len(), wish: course.wish };
         self.submit(courses.iter().map(question).collect(), true);
@@ -319,6 +324,14 @@ impl WorldBatch {
             }
         }
         set_points(number, handle)
+    }
+
+    /// Vacuum of the suction cup of a lane's robot after a frame of its course, as [`Self::fetch`] read it.
+    pub fn suction(&self, lane: usize, frame: usize) -> Suction {
+        let number = |state: &[[f32; QUAD]], field: usize| state[field / QUAD][field % QUAD];
+        let read =
+            self.read.as_ref().map(|read| &read.robots.section(frame, ROBOTS)[lane * ROBOT..][..ROBOT]);
+        read.map_or_else(Suction::default, |state| suction(|field| number(state, field)))
     }
 
     /// Writes the motion of a lane's tree after a frame of its course, of the wood and of the fruit that hang in `data` or are in the hand, into the state of its model. Returns its contacts, with counts and loads since the world came; `None` if the motion was not read.

@@ -47,7 +47,8 @@ impl Meeting {
         let count = |field: usize| numbers[field].to_bits();
         let known = (count(meeting::LAST) as usize).min(meeting::MOST_CONTACTS);
         let of_contacts = numbers[meeting::FIELDS..].chunks_exact(contact::FIELDS).take(known);
-        let contacts = of_contacts.map(|own| {
+        // The force of a suction cup is no contact of surfaces.
+        let contacts = of_contacts.filter(|own| own[contact::GIVEN] == 0.0).map(|own| {
             let vector = |field: usize| Vec3::from_fn(|k, _| f64::from(own[field + k]));
             let both = own[contact::PAIR].to_bits() as usize;
             ContactPoint {

@@ -41,7 +41,7 @@ pub use told::{Course, News, Wish};
 const UPRIGHT: f64 = 1e-9;
 
 /// Worlds on level ground, each with a tree and a robot of one kind, which advance together on a graphics device. The robot touches live wood, hanging fruit, fruit that came in its hand, itself, posts and wires, and level ground by the law of
-/// `orchard_multibody::contact`; wood that it pushes breaks. Their state stays there; only what is asked for is read.
+/// `orchard_multibody::contact`, and draws fruit against a suction cup by that of [`orchard_robot::Cup`]; wood that it pushes breaks. Their state stays there; only what is asked for is read.
 ///
 /// The wind of each world blows on wood and hanging fruit. Hanging fruit touch each other where they grow in clusters. The robot touches nothing else: neither fruit that come off here or lie elsewhere, nor broken limbs, nor uneven ground. Posts and wires are the same in all worlds. The result of a world does not
 /// depend on the other worlds or on their number.
@@ -136,7 +136,7 @@ impl WorldBatch {
         self.trees.bytes() + self.robots.bytes() + 4 * (self.table.meetings + self.table.words.len())
     }
 
-    /// Sets the command of a world's robot, for every frame until it is changed. The valve of a suction cup is not used.
+    /// Sets the command of a world's robot, for every frame until it is changed. A suction cup sees no leaves under its lip.
     ///
     /// # Errors
     /// The command is for another number of arm joints.

@@ -34,6 +34,8 @@ pub struct Course<'a> {
     pub wish: Wish,
     /// Set point of the chassis' height, the same in each of them, so that a world on uneven ground takes one frame; zeros on level ground.
     pub climb: Climb,
+    /// Points of the suction cup's lip under which leaves lie, a bit each, the same in each of them: leaves are not on the device.
+    pub leaves_under_lip: u64,
 }
 
 /// Frames of a lane after which the motion of its tree is read.

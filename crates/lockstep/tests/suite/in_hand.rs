@@ -16,26 +16,26 @@ const CARRY: u32 = 60;
 const FALL: usize = 40;
 
 /// Fruit and frame of an event of the wanted kind.
-type Wanted = fn(&WorldEvent) -> Option<(usize, u32)>;
+pub type Wanted = fn(&WorldEvent) -> Option<(usize, u32)>;
 
-fn found(events: &[WorldEvent], wanted: Wanted) -> Vec<(usize, u32)> {
+pub fn found(events: &[WorldEvent], wanted: Wanted) -> Vec<(usize, u32)> {
     events.iter().filter_map(wanted).collect()
 }
 
-fn detached(event: &WorldEvent) -> Option<(usize, u32)> {
+pub fn detached(event: &WorldEvent) -> Option<(usize, u32)> {
     if let WorldEvent::FruitDetached { fruit, frame, .. } = event { Some((*fruit, *frame)) } else { None }
 }
 
-fn gripped(event: &WorldEvent) -> Option<(usize, u32)> {
+pub fn gripped(event: &WorldEvent) -> Option<(usize, u32)> {
     if let WorldEvent::FruitGripped { fruit, frame } = event { Some((*fruit, *frame)) } else { None }
 }
 
-fn fallen(event: &WorldEvent) -> Option<(usize, u32)> {
+pub fn fallen(event: &WorldEvent) -> Option<(usize, u32)> {
     if let WorldEvent::FingerContactEnded { fruit, frame } = event { Some((*fruit, *frame)) } else { None }
 }
 
 /// Place of a fruit in the hand.
-fn p_tcp(world: &World, fruit: usize) -> Vec3 {
+pub fn p_tcp(world: &World, fruit: usize) -> Vec3 {
     let (data, point) = (world.data(), world.fruit().points[fruit].index());
     inverse_transform(&world.handle().x_world_tcp(data), &data.point_p_world[point])
 }
