@@ -52,6 +52,8 @@ pub struct Data {
     pub body_torque_world: Vec<Vec3>,
     /// External force on each point body \[N\], world.
     pub point_force_world: Vec<Vec3>,
+    /// Force on each point body that a body at it bears in turn, as of a suction cup \[N\], besides the external force. It acts like the contacts between them: the predicted reaction of a capped tether leaves it out. For the next step; not a part of the state.
+    pub point_paired_force_world: Vec<Vec3>,
     /// Quadratic drag of each point body [N s^2/m^2]: the force `-coefficient * |v| v`.
     pub point_quadratic_drag: Vec<f64>,
     /// Loss of each point body's spin [1/s]: the torque `-spin_damping * spin_inertia * omega`.
@@ -106,6 +108,7 @@ impl Data {
             body_force_world: vec![Vec3::zeros(); bodies],
             body_torque_world: vec![Vec3::zeros(); bodies],
             point_force_world: vec![Vec3::zeros(); points],
+            point_paired_force_world: vec![Vec3::zeros(); points],
             point_quadratic_drag: vec![0.0; points],
             point_spin_damping: vec![0.0; points],
             anchor_bias_world: model

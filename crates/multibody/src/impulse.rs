@@ -20,17 +20,18 @@ fn tether_impulse(data: &Data, tether: &Tether, index: usize, h: f64, lead: f64)
     -(x * tether.stiffness + v * (tether.damping + lead * tether.stiffness)) * h
 }
 
-/// Impulse of weight, external force and air drag on a point body [N s].
+/// Impulse of weight, external and paired force and air drag on a point body [N s].
 fn point_impulse(model: &Model, data: &Data, index: usize, h: f64, gravity: &Vec3) -> Vec3 {
     let v = data.point_v_world[index];
     let drag = data.point_quadratic_drag[index] * v.norm();
-    (gravity * model.points[index].mass + data.point_force_world[index] - v * drag) * h
+    let force = data.point_force_world[index] + data.point_paired_force_world[index];
+    (gravity * model.points[index].mass + force - v * drag) * h
 }
 
 /// Marks the tethers whose reaction exceeds its cap in this step.
 ///
 /// The reaction is predicted with the anchor at its present velocity and the point body free to respond:
-/// in static equilibrium it is exact.
+/// in static equilibrium it is exact. Like contacts, forces that a body at the point bears in turn are left out.
 pub(crate) fn cap_tethers(model: &Model, data: &mut Data, h: f64, gravity: &Vec3) {
     for (index, point) in model.points.iter().enumerate() {
         data.capped[index] = match &point.tether {
@@ -55,7 +56,8 @@ fn predicted_reaction(
     let mass = model.points[index].mass + h * drag;
     let kappa = h * (tether.damping + h * tether.stiffness);
     let pull = tether_impulse(data, tether, index, h, h);
-    let change = (point_impulse(model, data, index, h, gravity) + pull) / (mass + kappa);
+    let impulse = point_impulse(model, data, index, h, gravity) - data.point_paired_force_world[index] * h;
+    let change = (impulse + pull) / (mass + kappa);
     data.anchor_bias_world[index] - (pull - change * kappa) / h
 }
 

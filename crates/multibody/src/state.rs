@@ -39,6 +39,7 @@ macro_rules! state_of_data {
                 let Data {
                     $($field,)*
                     contact,
+                    point_paired_force_world: _,
                     capped: _,
                     velocity_products: _,
                     kinematics: _,

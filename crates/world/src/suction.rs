@@ -2,7 +2,7 @@
 //!
 //! Contact and friction between lip and fruit are contacts of the model like all others. The pressure adds one force along the cup's axis:
 //! on the fruit at its centre, since pressure on a ball acts through its centre, and the opposite on the last arm link along the same line.
-//! Nothing else acts between cup and fruit. Equations: `docs/computation/suction.md`.
+//! Nothing else acts between cup and fruit, and the two forces act like those of contacts. Equations: `docs/computation/suction.md`.
 
 use crate::build::Parts;
 use crate::touch::Part;
@@ -16,15 +16,15 @@ use orchard_robot::{Cup, Suction};
 pub(crate) struct Pull {
     point: usize,
     wrist: BodyId,
-    /// External force on the fruit, and force and torque on the wrist, without the cup.
-    before: [Vec3; 3],
+    /// External force and torque on the wrist, without the cup.
+    before: [Vec3; 2],
 }
 
 impl Pull {
     /// Takes the force back, so that inputs that others set keep their values.
     pub fn end_substep(self, data: &mut Data) {
-        let [point, force, torque] = self.before;
-        data.point_force_world[self.point] = point;
+        let [force, torque] = self.before;
+        data.point_paired_force_world[self.point] = Vec3::zeros();
         data.body_force_world[self.wrist.index()] = force;
         data.body_torque_world[self.wrist.index()] = torque;
     }
@@ -73,8 +73,8 @@ pub(crate) fn begin_substep(
     let on_cup = x_world_lip.rotation * Vec3::z() * cup.force(suction.vacuum, &seal);
     let r = data.point_p_world[point] - data.com_p_world(wrist);
     let w = wrist.index();
-    let before = [data.point_force_world[point], data.body_force_world[w], data.body_torque_world[w]];
-    data.point_force_world[point] -= on_cup;
+    let before = [data.body_force_world[w], data.body_torque_world[w]];
+    data.point_paired_force_world[point] = -on_cup;
     data.body_force_world[w] += on_cup;
     data.body_torque_world[w] += r.cross(&on_cup);
     Some(Pull { point, wrist, before })

@@ -346,6 +346,23 @@ fn a_capped_tether_loads_its_anchor_with_the_cap() {
     assert!((torque_on_arm(10.0) - 10.0).abs() < 1e-6);
 }
 
+/// A force that a body at the point bears in turn caps no tether, as contacts do not: the step is that of an external force without a cap.
+#[test]
+fn a_paired_force_caps_no_tether() {
+    let gravity = Vec3::zeros();
+    let pull = Vec3::new(0.0, 0.0, -200.0);
+    let after = |cap: f64, is_paired: bool| {
+        let (model, mut data) = arm_with_point(cap);
+        let force = if is_paired { &mut data.point_paired_force_world } else { &mut data.point_force_world };
+        force[0] = pull;
+        run(&model, &mut data, H, gravity, 1);
+        [data.v[0], data.point_v_world[0].z]
+    };
+    let free = after(f64::INFINITY, false);
+    assert_eq!(after(10.0, true), free);
+    assert!((after(10.0, false)[0] - free[0]).abs() > 0.1 * free[0].abs());
+}
+
 #[test]
 fn an_untethered_point_leaves_with_its_momentum() {
     let (model, mut data) = arm_with_point(f64::INFINITY);
