@@ -2,7 +2,7 @@
 
 use orchard_gpu::{Course, GpuError, News, Tenant, Wish, WorldBatch};
 use orchard_multibody::ContactReport;
-use orchard_robot::{Climb, Command};
+use orchard_robot::{Climb, Command, UnderLip};
 use orchard_world::{Calm, Moved, Outlook, Span, World};
 use rayon::prelude::*;
 
@@ -25,7 +25,7 @@ struct Start {
     commands: Vec<Command>,
     wish: Wish,
     climb: Climb,
-    leaves_under_lip: u64,
+    under_lip: UnderLip,
     /// True if wood and fruit must catch up before: the world leaves the device, or comes to it anew.
     is_late: bool,
     /// Places of the frames that were computed here.
@@ -74,8 +74,8 @@ impl Lockstep {
         watch.part(&mut self.profile, "exchange");
         let mut courses = vec![Course::default(); self.lanes.len()];
         for (span, start) in spans.iter().zip(&starts) {
-            let &Start { ref commands, wish, climb, leaves_under_lip, .. } = start;
-            courses[span.lane()] = Course { commands, wish, climb, leaves_under_lip };
+            let &Start { ref commands, wish, climb, under_lip, .. } = start;
+            courses[span.lane()] = Course { commands, wish, climb, under_lip };
         }
         // Worlds that are computed here move while the frames of the others are submitted.
         let (batch, of_starts) = (&mut self.batch, &starts);
@@ -271,9 +271,9 @@ fn start_of<S: Span>(lanes: &[Option<Occupant>], most: usize, span: &mut S) -> S
         (Where::Device, false, false) => (commands.len(), Wish::News),
         _ => (0, if is_late { Wish::Last } else { Wish::News }),
     };
-    let (climb, leaves_under_lip) = (world.climb(), world.leaves_under_lip(commands));
+    let (climb, under_lip) = (world.climb(), world.under_lip(commands));
     let commands = world.coming(commands).take(lent).copied().collect();
-    Start { place, commands, wish, climb, leaves_under_lip, is_late, here: Vec::new() }
+    Start { place, commands, wish, climb, under_lip, is_late, here: Vec::new() }
 }
 
 /// Computes up to so many frames of a world here, the first one for a reason that is known; returns the reasons.

@@ -46,6 +46,23 @@ pub struct Suction {
     pub closed: u64,
 }
 
+/// Points of a lip under which something else than its fruit lies, a bit each, of the first 64.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct UnderLip {
+    /// Those over leaves.
+    pub leaves: u64,
+    /// Those on which something presses.
+    pub pressed: u64,
+}
+
+impl UnderLip {
+    /// What is left without some points.
+    #[must_use]
+    pub fn without(self, points: u64) -> Self {
+        Self { leaves: self.leaves & !points, pressed: self.pressed & !points }
+    }
+}
+
 /// Seal between a lip and a ball.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Seal {
@@ -85,6 +102,17 @@ impl Cup {
     /// Length of the lip between two of its points \[m\].
     pub fn spacing(&self) -> f64 {
         TAU * self.lip_radius / self.lip_p_lip.len() as f64
+    }
+
+    /// Bit of a point of the lip; 0 beyond the 64th.
+    pub fn bit(point: usize) -> u64 {
+        u32::try_from(point).ok().and_then(|point| 1_u64.checked_shl(point)).unwrap_or(0)
+    }
+
+    /// Gap that what lies under the lip leaves at a point \[m\]: the lip's thickness where something presses, `leaf_gap` over a leaf.
+    pub fn gap_over(&self, under: &UnderLip, point: usize) -> f64 {
+        let gap = |points: u64, gap: f64| if points & Self::bit(point) == 0 { 0.0 } else { gap };
+        gap(under.pressed, 2.0 * self.half_thickness).max(gap(under.leaves, self.leaf_gap))
     }
 
     /// Seal of a cup that touches nothing.

@@ -49,7 +49,7 @@ pub use clearance::SelfDistance;
 pub use config::{
     BaseDrive, BucketConfig, CupConfig, MountConfig, MountKind, Placement, ReachConfig, RobotConfig, Steering,
 };
-pub use cup::{Cup, Seal, Suction};
+pub use cup::{Cup, Seal, Suction, UnderLip};
 pub use error::RobotError;
 pub use finger::{Curve, Finger, FingerLink, Opening, Turn};
 pub use handle::{Bucket, PartGroups, RobotColliders, RobotHandle};

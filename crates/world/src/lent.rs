@@ -15,7 +15,7 @@ use orchard_multibody::{
     BodyId, ColliderId, ContactReport, Data, Model, Owner, SLOW_TURN, forward_kinematics,
     forward_kinematics_of,
 };
-use orchard_robot::{Climb, Command, RobotHandle, SetPoints, Suction};
+use orchard_robot::{Climb, Command, RobotHandle, SetPoints, Suction, UnderLip};
 use orchard_spec::Spec;
 use orchard_spec::fault::FaultKind;
 use orchard_treephys::wind::Weather;
@@ -164,9 +164,14 @@ impl World {
         &self.state.suction
     }
 
-    /// Points of the suction cup's lip under which leaves lie, a bit each, if it may have a vacuum in the next frames under some commands.
-    pub fn leaves_under_lip(&self, commands: &[Command]) -> u64 {
-        if self.sucks(commands) { suction::leaves_under_lip(&self.parts, &self.state.data) } else { 0 }
+    /// What lies under the lip of the suction cup, if it may have a vacuum in the next frames under some commands. Wood and fruit are those of the frame before calm ones, if the world is behind.
+    pub fn under_lip(&self, commands: &[Command]) -> UnderLip {
+        let State { suction, data, fruit, report, .. } = &self.state;
+        if self.sucks(commands) {
+            suction::under_lip(suction, &self.parts, data, fruit, report)
+        } else {
+            UnderLip::default()
+        }
     }
 
     fn stays(&mut self) -> Option<Stay> {

@@ -106,7 +106,6 @@ impl World {
             touched: _,
             loose: _,
             before: _,
-            under: _,
             vicinity: _,
             speeds: _,
             groups_beside: _,

@@ -8,7 +8,7 @@ use crate::camera::{CameraTruth, Flight, Shot, Shutter};
 use crate::event::{Status, WorldEvent};
 use crate::load::WoodLoad;
 use crate::sensing::Odometry;
-use crate::suction::{self, Under};
+use crate::suction;
 use crate::touch::{FruitTouch, fruit_touches};
 use loose::{Loose, Within};
 use orchard_fruit::{FruitLives, RestRule, Touch, is_gripped};
@@ -30,8 +30,6 @@ pub(crate) struct State {
     pub servos: Servos,
     /// Vacuum of the suction cup.
     pub suction: Suction,
-    /// Surfaces under the cup's lip; scratch of a substep.
-    pub under: Under,
     pub frame: u32,
     pub status: Status,
     pub events: Vec<WorldEvent>,
@@ -83,7 +81,6 @@ impl State {
             fruit: FruitLives::new(&parts.fruit),
             servos: Servos::new(robot),
             suction: Suction::default(),
-            under: Under::default(),
             data,
             frame: 0,
             status: Status::Running,
@@ -174,8 +171,8 @@ impl State {
         self.rupture.begin_substep(&parts.tree, model, &mut self.data, &spec.wood, h);
         self.data.save_motion(&mut self.before);
         self.keep_velocities(parts);
-        let Self { data, fruit, report, under, suction, .. } = self;
-        let pull = suction::begin_substep(suction, parts, data, fruit, report, command.vacuum, under);
+        let Self { data, fruit, report, suction, .. } = self;
+        let pull = suction::begin_substep(suction, parts, data, fruit, report, command.vacuum);
         step(model, &mut self.data, settings, &mut self.report);
         // Each repetition caps at least one more joint.
         while self.servos.cap_overshoot(model, &mut self.data, handle) {

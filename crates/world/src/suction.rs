@@ -9,7 +9,7 @@ use crate::touch::Part;
 use orchard_fruit::{FruitLives, Phase};
 use orchard_geometry::{Pose, Vec3, inverse_transform, transform};
 use orchard_multibody::{BodyId, Data, StepReport};
-use orchard_robot::{Cup, Suction};
+use orchard_robot::{Cup, Suction, UnderLip};
 
 /// Force of the pressure in one substep, with the inputs that it replaced.
 #[derive(Debug, Clone, Copy)]
@@ -42,7 +42,7 @@ pub(crate) fn sealed(suction: &Suction, parts: &Parts) -> Option<usize> {
 }
 
 /// Brings the vacuum to the end of the next substep and applies its force. `report` holds the contacts of the substep before; `valve` is
-/// the commanded opening; `under` is scratch.
+/// the commanded opening.
 pub(crate) fn begin_substep(
     suction: &mut Suction,
     parts: &Parts,
@@ -50,7 +50,6 @@ pub(crate) fn begin_substep(
     lives: &FruitLives,
     report: &StepReport,
     valve: f64,
-    under: &mut Under,
 ) -> Option<Pull> {
     let cup = parts.handle.cup.as_ref()?;
     let wrist = parts.handle.wrist();
@@ -60,10 +59,12 @@ pub(crate) fn begin_substep(
     if let Some((fruit, p_lip)) = found {
         let radius = parts.fruit.fruit[fruit].radius;
         let was_closed = if suction.fruit == Some(fruit) { suction.closed } else { 0 };
-        under.find(parts, data, report, cup, &x_world_lip, fruit, was_closed);
-        let openings = || cup.openings(&p_lip, radius, |i| under.gaps[i]);
+        // Nothing comes between the fruit and a point that was closed on it.
+        let under = under(parts, data, report, cup, &x_world_lip, Some(fruit)).without(was_closed);
+        let openings = || cup.openings(&p_lip, radius, |i| cup.gap_over(&under, i));
         seal = cup.seal(openings());
-        closed = openings().enumerate().fold(0, |mask, (i, gap)| mask | (u64::from(gap == 0.0) * bit(i)));
+        closed =
+            openings().enumerate().fold(0, |mask, (i, gap)| mask | (u64::from(gap == 0.0) * Cup::bit(i)));
     }
     suction.vacuum = cup.vacuum_after(suction.vacuum, valve, &seal, parts.settings.h);
     suction.fruit = found.map(|(fruit, _)| fruit).filter(|_| seal.closed > 0.0);
@@ -113,79 +114,27 @@ fn nearest(
     best.map(|(_, fruit, p_lip)| (fruit, p_lip))
 }
 
-/// Bit of a point of the lip; 0 beyond the 64th.
-fn bit(point: usize) -> u64 {
-    u32::try_from(point).ok().and_then(|point| 1_u64.checked_shl(point)).unwrap_or(0)
-}
-
-/// Surfaces under the lip; scratch of a substep.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Under {
-    /// Gap that something else than the fruit leaves under each point of the lip \[m\].
-    gaps: Vec<f64>,
-    /// Points of the lip in the world \[m\].
-    points: Vec<Vec3>,
-}
-
-impl Under {
-    #[expect(clippy::too_many_arguments, reason = "one call, each input a different kind of thing")]
-    /// Finds what lies under the lip on a fruit. Wood, scenery, other fruit or anything else that presses on a point of the lip keeps it off
-    /// by the lip's thickness. A leaf where the camera draws it, as a flat ellipse, leaves its own gap; leaves bear no force here, so the
-    /// lip does not push them aside. Nothing comes between the fruit and a point that was closed on it (`was_closed`, a bit each).
-    fn find(
-        &mut self,
-        parts: &Parts,
-        data: &Data,
-        report: &StepReport,
-        cup: &Cup,
-        x_world_lip: &Pose,
-        fruit: usize,
-        was_closed: u64,
-    ) {
-        let Self { gaps, points } = self;
-        gaps.clear();
-        gaps.resize(cup.lip_p_lip.len(), 0.0);
-        points.clear();
-        points.extend(cup.lip_p_lip.iter().map(|p| transform(x_world_lip, p)));
-        let open = |i: usize| was_closed & bit(i) == 0;
-        for contact in &report.contacts {
-            let (a, b) = (parts.colliders[contact.a.index()], parts.colliders[contact.b.index()]);
-            let presses = contact.force_world.dot(&contact.n_world) > 0.0;
-            for (one, other) in [(a, b), (b, a)] {
-                if let (Part::Cup(i), true, true) = (one, other != Part::Fruit(fruit), presses)
-                    && open(i)
-                {
-                    gaps[i] = gaps[i].max(2.0 * cup.half_thickness);
-                }
-            }
-        }
-        under_leaves(parts, data, cup, x_world_lip, points, |i| {
-            if open(i) {
-                gaps[i] = gaps[i].max(cup.leaf_gap);
-            }
-        });
-    }
-}
-
-/// Points of the lip under which leaves lie, a bit each, of the first 64; none without a cup.
-pub(crate) fn leaves_under_lip(parts: &Parts, data: &Data) -> u64 {
-    let Some(cup) = &parts.handle.cup else { return 0 };
-    let x_world_lip = data.x_world_body(parts.handle.wrist()) * cup.x_wrist_lip;
-    let points: Vec<Vec3> = cup.lip_p_lip.iter().map(|p| transform(&x_world_lip, p)).collect();
-    let mut found = 0;
-    under_leaves(parts, data, cup, &x_world_lip, &points, |i| found |= bit(i));
-    found
-}
-
-/// Tells of each point of the lip, given in the world \[m\], when a leaf passes within half the distance between two of them.
-fn under_leaves(
+/// What lies under the lip, on a fruit or beside all. Wood, scenery, other fruit or anything else that presses on a point of the lip in `report` is under it. Leaves are taken where the camera draws them, as flat ellipses; they bear no force here, so the lip does
+/// not push them aside. One is under a point that it passes within half the distance between two of them.
+fn under(
     parts: &Parts,
     data: &Data,
+    report: &StepReport,
     cup: &Cup,
     x_world_lip: &Pose,
-    points: &[Vec3],
-    mut found: impl FnMut(usize),
-) {
+    fruit: Option<usize>,
+) -> UnderLip {
+    let mut under = UnderLip::default();
+    for contact in &report.contacts {
+        let (a, b) = (parts.colliders[contact.a.index()], parts.colliders[contact.b.index()]);
+        let presses = contact.force_world.dot(&contact.n_world) > 0.0;
+        for (one, other) in [(a, b), (b, a)] {
+            let is_fruit = matches!(other, Part::Fruit(i) if Some(i) == fruit);
+            if let (Part::Cup(i), false, true) = (one, is_fruit, presses) {
+                under.pressed |= Cup::bit(i);
+            }
+        }
+    }
     let lip = x_world_lip.translation.vector;
     let near = 0.5 * cup.spacing();
     for leaf in &parts.skeleton.leaves {
@@ -196,14 +145,29 @@ fn under_leaves(
             continue;
         }
         let x_world_leaf = x_world_segment * leaf.x_segment_leaf;
-        for (i, p_world) in points.iter().enumerate() {
-            let p = inverse_transform(&x_world_leaf, p_world);
+        for (i, p_lip) in cup.lip_p_lip.iter().enumerate() {
+            let p = inverse_transform(&x_world_leaf, &transform(x_world_lip, p_lip));
             let (along, across) = (2.0 * p.x / leaf.length - 1.0, 2.0 * p.y / leaf.width);
             if along * along + across * across <= 1.0 && p.z.abs() <= near {
-                found(i);
+                under.leaves |= Cup::bit(i);
             }
         }
     }
+    under
+}
+
+/// What lies under the lip now; nothing without a cup.
+pub(crate) fn under_lip(
+    suction: &Suction,
+    parts: &Parts,
+    data: &Data,
+    lives: &FruitLives,
+    report: &StepReport,
+) -> UnderLip {
+    let Some(cup) = &parts.handle.cup else { return UnderLip::default() };
+    let x_world_lip = data.x_world_body(parts.handle.wrist()) * cup.x_wrist_lip;
+    let on = nearest(parts, data, lives, cup, &x_world_lip, suction.fruit);
+    under(parts, data, report, cup, &x_world_lip, on.map(|(fruit, _)| fruit))
 }
 
 #[cfg(test)]

@@ -106,10 +106,10 @@ fn openings(on: Lying) -> Open {
     return open;
 }
 
-// Points of the lip on which something else than a fruit pressed in the substep before, a bit each.
+// Points of the lip on which something else than a fruit pressed in the substep before, a bit each. In a frame's first one the host knows more: a world that comes has no contacts here yet.
 fn pressed_points(fruit_number: u32) -> u32 {
     let last = min(bitcast<u32>(meetings[record_at() + 1u].w), MEETING_MOST_CONTACTS);
-    var pressed = 0u;
+    var pressed = select(0u, u32(command[COMMAND_PRESSED]), rules.substep == 0u);
     for (var k = 0u; k < last; k++) {
         let impulse = meetings[contact_at(k)];
         let pair = bitcast<u32>(impulse.w);

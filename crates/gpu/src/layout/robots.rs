@@ -64,6 +64,8 @@ fields! {
         VALVE = 24,
         /// Points of its lip under which leaves lie, a bit each, as a number.
         LEAVES = 25,
+        /// Points on which something presses at the start of the frame, likewise.
+        PRESSED = 26,
         /// Number of fields.
         FIELDS = 28,
     }

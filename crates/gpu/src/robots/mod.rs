@@ -8,7 +8,7 @@ pub(crate) mod table;
 
 use orchard_batch::{Fault, Quarantine, Status};
 use orchard_multibody::{Data, Model};
-use orchard_robot::{Climb, Command, RobotHandle, RobotModel};
+use orchard_robot::{Climb, Command, RobotHandle, RobotModel, UnderLip};
 use orchard_spec::sim::SimSpec;
 use rayon::prelude::*;
 
@@ -122,10 +122,10 @@ impl RobotBatch {
     ///
     /// # Errors
     /// As [`Self::command`].
-    pub(crate) fn command_frames(&mut self, given: &[(&[Command], Unseen)]) -> Result<(), GpuError> {
+    pub(crate) fn command_frames(&mut self, given: &[(&[Command], Surroundings)]) -> Result<(), GpuError> {
         let has = self.alone.handle.arm.len();
         let numbers = |command: &Command| [command.arm_q.len(), command.arm_v.len()];
-        let wrong = |(world, (commands, _)): (usize, &(&[Command], Unseen))| {
+        let wrong = |(world, (commands, _)): (usize, &(&[Command], Surroundings))| {
             let given = commands.iter().flat_map(numbers).find(|&numbers| numbers != has)?;
             Some(BatchError::Joints { world, given, has })
         };
@@ -137,9 +137,9 @@ impl RobotBatch {
         for (frame, all) in self.commands.chunks_mut(each).enumerate().take(frames) {
             let blocks = all.par_chunks_mut(command::FIELDS * LANES).zip(given.par_chunks(LANES));
             blocks.for_each(|(block, given)| {
-                for (lane, (commands, unseen)) in given.iter().enumerate() {
+                for (lane, (commands, around)) in given.iter().enumerate() {
                     if let Some(command) = commands.get(frame) {
-                        write(block, lane, command, *unseen);
+                        write(block, lane, command, *around);
                     }
                 }
             });
@@ -156,7 +156,7 @@ impl RobotBatch {
     fn write(&mut self, world: usize, given: &Command) {
         let each = command::FIELDS * LANES;
         let block = &mut self.commands[world / LANES * each..][..each];
-        write(block, world % LANES, given, Unseen::default());
+        write(block, world % LANES, given, Surroundings::default());
         self.commands_changed = self.commands_changed.max(1);
     }
 
@@ -257,17 +257,17 @@ impl RobotBatch {
     }
 }
 
-/// What a world on the device does not see of the world around its robot.
+/// Inputs of a frame that the processor computes, because neither uneven ground nor leaves are on the device.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Unseen {
+pub(crate) struct Surroundings {
     /// Set point of the chassis' height.
     pub climb: Climb,
-    /// Points of the suction cup's lip under which leaves lie, a bit each, of which the kernels know [`robot::LIP`].
-    pub leaves: u32,
+    /// What lies under the lip of the suction cup.
+    pub under_lip: UnderLip,
 }
 
 /// Writes the command of a world into those of its block.
-fn write(block: &mut [f32], lane: usize, given: &Command, Unseen { climb, leaves }: Unseen) {
+fn write(block: &mut [f32], lane: usize, given: &Command, Surroundings { climb, under_lip }: Surroundings) {
     // A valve that is not a number vents the cup.
     let valve = if given.vacuum.is_finite() { given.vacuum } else { 0.0 };
     for (field, values) in [
@@ -279,7 +279,8 @@ fn write(block: &mut [f32], lane: usize, given: &Command, Unseen { climb, leaves
         (command::HEIGHT, &[climb.height]),
         (command::CLIMB, &[climb.rate]),
         (command::VALVE, &[valve]),
-        (command::LEAVES, &[f64::from(leaves)]),
+        (command::LEAVES, &[under_lip.leaves as f64]),
+        (command::PRESSED, &[under_lip.pressed as f64]),
     ] {
         for (k, value) in values.iter().enumerate() {
             let largest = value.clamp(-LARGEST_COMMAND, LARGEST_COMMAND);

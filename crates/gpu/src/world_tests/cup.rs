@@ -49,22 +49,11 @@ fn substeps_of_a_cup_on_a_fruit_are_those_of_f64() {
     let mut vacuum_off = 0.0_f64;
     grip.command.arm_q[0] += 0.3;
     grip.command.arm_q[4] += 0.6;
-    for substep in 0..SUBSTEPS {
-        grip.plant();
-        *grip.world.data_mut() = grip.read().0;
-        grip.advance(1);
-        let (after, meeting) = grip.read();
-        let free = untouched(&grip.world, &grip.command);
-        grip.world.step(&grip.command);
-        let case = format!("substep {substep}");
-        assert_eq!((meeting.lost, meeting.unsolved), (0, 0), "{case}: {meeting:?}");
-        off.iterations = off.iterations.max(meeting.iterations);
-        off.add_contacts(&grip.world, &contacts_of(&grip.world), &meeting.contacts, false, &case);
-        off.add_changes(free.data(), grip.world.data(), &after);
+    grip.compare(SUBSTEPS, &mut off, |grip, _, _| {
         let (there, here) = (grip.suction(), grip.world.suction());
-        assert_eq!((there.fruit, there.closed), (here.fruit, here.closed), "{case}");
+        assert_eq!((there.fruit, there.closed), (here.fruit, here.closed));
         vacuum_off = vacuum_off.max((there.vacuum - here.vacuum).abs() / here.vacuum);
-    }
+    });
     assert!(grip.world.is_held(FRUIT), "it is not held");
     assert!(
         off.loaded[1] >= 6 * SUBSTEPS as usize
@@ -147,7 +136,7 @@ fn a_vented_cup_lets_go() {
 fn leaves_under_the_lip_let_air_in() {
     let Some(gpu) = device() else { return };
     let (mut grip, cup) = sealed(&gpu, &Arc::new(Spec::paper()));
-    grip.leaves = 0b1011;
+    grip.under_lip.leaves = 0b1011;
     let opened = Suction { closed: 0, ..*grip.world.suction() };
     grip.plant_with(&opened);
     grip.advance(RISING);
@@ -157,7 +146,7 @@ fn leaves_under_the_lip_let_air_in() {
     assert!((found.vacuum - wanted).abs() < 1e-3 * wanted, "{found:?}, {wanted} Pa");
     assert_eq!(found.closed, ((1 << cup.lip_p_lip.len()) - 1) & !0b1011);
     // Leaves that come later find closed points.
-    grip.leaves = 0b1000_1011;
+    grip.under_lip.leaves = 0b1000_1011;
     grip.advance(1);
     grip.read();
     assert_eq!(grip.suction().closed, found.closed);
@@ -175,4 +164,22 @@ fn a_fruit_at_a_cup_stays() {
     grip.step_here(SECOND);
     let [there, here] = [&after, grip.world.data()].map(|data| p_lip(&grip, data, &cup));
     assert!((there - here).norm() < APART, "{there:?} {here:?}");
+}
+
+/// What the processor knows to press on a point of the lip keeps it off the fruit by the lip's thickness in the first substep of a frame, until the cup is closed there.
+#[test]
+fn what_is_told_to_press_lets_air_in() {
+    const POINT: u64 = 1 << 3;
+    let Some(gpu) = device() else { return };
+    let (mut grip, cup) = sealed(&gpu, &seen(Preset::Paper));
+    let all = (1 << cup.lip_p_lip.len()) - 1;
+    let before = Suction { closed: 0, ..*grip.world.suction() };
+    grip.plant_with(&before);
+    // A frame has one substep here.
+    for (pressed, closed) in [(POINT, all & !POINT), (0, all), (POINT, all)] {
+        grip.under_lip.pressed = pressed;
+        grip.advance(1);
+        grip.read();
+        assert_eq!(grip.suction().closed, closed, "{pressed:b}: {:?}", grip.suction());
+    }
 }

@@ -1,7 +1,7 @@
 //! A fruit that the robot holds by friction, on the device against f64.
 
 use orchard_geometry::{inverse_transform, transform};
-use orchard_robot::Suction;
+use orchard_robot::{Suction, UnderLip};
 
 use super::laid::{FRUIT, off_stem};
 use super::*;
@@ -15,8 +15,8 @@ const SETTLING: u32 = 60;
 pub(super) struct Grip {
     pub world: World,
     pub command: Command,
-    /// Points of a suction cup's lip under which leaves lie, on the device.
-    pub leaves: u64,
+    /// What lies under the lip of a suction cup, on the device.
+    pub under_lip: UnderLip,
     tree: TreeWorld,
     batch: WorldBatch,
     fitted: Fitted,
@@ -53,7 +53,7 @@ impl Grip {
         let room = Room::for_trees(std::slice::from_ref(&tree), 0.0).unwrap();
         let batch = WorldBatch::with_lanes(gpu, room, &tree, robot, 1, 1).unwrap();
         let fitted = batch.fitted(&tree, &world.x_world_start()).unwrap().unwrap();
-        Self { world, command, leaves: 0, tree, batch, fitted, is_planted: false }
+        Self { world, command, under_lip: UnderLip::default(), tree, batch, fitted, is_planted: false }
     }
 
     /// Puts the world's state on the device.
@@ -87,8 +87,8 @@ impl Grip {
 
     pub fn advance(&mut self, frames: u32) {
         for _ in 0..frames {
-            let (commands, leaves_under_lip) = (&[self.command], self.leaves);
-            self.batch.advance_lanes(&[Course { commands, leaves_under_lip, ..Course::default() }]).unwrap();
+            let (commands, under_lip) = (&[self.command], self.under_lip);
+            self.batch.advance_lanes(&[Course { commands, under_lip, ..Course::default() }]).unwrap();
             self.batch.fetch().unwrap();
         }
     }
@@ -129,6 +129,25 @@ impl Grip {
         contacts.iter().filter(|c| c.a == own).map(bear).sum()
     }
 
+    /// Steps device and f64 from the same state some times, a substep each, and takes their contacts and changes into account; `watch` gets the state on the device after each.
+    pub fn compare(&mut self, substeps: u32, off: &mut Off, mut watch: impl FnMut(&Self, &World, &Data)) {
+        for substep in 0..substeps {
+            // Both start from the device's numbers.
+            self.plant();
+            *self.world.data_mut() = self.read().0;
+            self.advance(1);
+            let (after, meeting) = self.read();
+            let free = untouched(&self.world, &self.command);
+            self.world.step(&self.command);
+            let case = format!("substep {substep}");
+            assert_eq!((meeting.lost, meeting.unsolved), (0, 0), "{case}: {meeting:?}");
+            off.add_contacts(&self.world, &contacts_of(&self.world), &meeting.contacts, false, &case);
+            off.add_changes(free.data(), self.world.data(), &after);
+            off.iterations = off.iterations.max(meeting.iterations);
+            watch(self, &free, &after);
+        }
+    }
+
     /// Steps the world in f64, and returns the place of the fruit in the hand.
     pub fn step_here(&mut self, frames: u32) -> Vec3 {
         (0..frames).for_each(|_| self.world.step(&self.command));
@@ -156,25 +175,13 @@ fn substeps_of_a_held_fruit_have_the_contacts_of_f64() {
     grip.command.arm_q[3] += 0.4;
     grip.command.arm_q[6] += 1.0;
     grip.command.base_velocity = [0.0, 0.1, 0.2];
-    for substep in 0..SUBSTEPS {
-        // Both start from the device's numbers.
-        grip.plant();
-        *grip.world.data_mut() = grip.read().0;
-        grip.advance(1);
-        let (after, meeting) = grip.read();
-        let free = untouched(&grip.world, &grip.command);
-        grip.world.step(&grip.command);
-        let case = format!("substep {substep}");
-        assert_eq!((meeting.lost, meeting.unsolved), (0, 0), "{case}: {meeting:?}");
-        off.add_contacts(&grip.world, &contacts_of(&grip.world), &meeting.contacts, false, &case);
-        off.add_changes(free.data(), grip.world.data(), &after);
-        off.iterations = off.iterations.max(meeting.iterations);
+    grip.compare(SUBSTEPS, &mut off, |grip, free, after| {
+        assert!(grip.world.is_held(FRUIT), "it is not held any more");
         let expected = grip.world.data().point_w_world[point];
         let change = (expected - free.data().point_w_world[point]).norm();
         spin = spin.max((after.point_w_world[point] - expected).norm() / change.max(1.0));
         fastest = fastest.max(expected.norm());
-        assert!(grip.world.is_held(FRUIT), "{case}: it is not held any more");
-    }
+    });
     assert!(fastest > 0.5, "the fruit did not turn: {fastest}");
     assert!(
         off.loaded[1] >= 2 * SUBSTEPS as usize

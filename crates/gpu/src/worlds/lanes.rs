@@ -23,7 +23,7 @@ use crate::layout::{QUAD, meeting, robot, system};
 use crate::memory::{PlacedQuad, Room};
 use crate::robots::cup::suction;
 use crate::robots::exchange::set_points;
-use crate::robots::{RobotBatch, Unseen, row_place};
+use crate::robots::{RobotBatch, Surroundings, row_place};
 use crate::rules::Rules;
 use crate::schedule::Schedule;
 
@@ -195,9 +195,8 @@ impl WorldBatch {
     /// # Panics
     /// There is not one course a lane, one is too long, or the batch has no lanes.
     pub fn advance_lanes(&mut self, courses: &[Course<'_>]) -> Result<(), GpuError> {
-        let unseen =
-            |course: &Course<'_>| Unseen { climb: course.climb, leaves: course.leaves_under_lip as u32 };
-        let commands: Vec<_> = courses.iter().map(|course| (course.commands, unseen(course))).collect();
+        let around = |course: &Course<'_>| Surroundings { climb: course.climb, under_lip: course.under_lip };
+        let commands: Vec<_> = courses.iter().map(|course| (course.commands, around(course))).collect();
         self.robots.command_frames(&commands)?;
         let question = |course: &Course<'_>| Question { frames: course.commands.len(), wish: course.wish };
         self.submit(courses.iter().map(question).collect(), true);

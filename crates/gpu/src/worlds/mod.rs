@@ -136,7 +136,7 @@ impl WorldBatch {
         self.trees.bytes() + self.robots.bytes() + 4 * (self.table.meetings + self.table.words.len())
     }
 
-    /// Sets the command of a world's robot, for every frame until it is changed. A suction cup sees no leaves under its lip.
+    /// Sets the command of a world's robot, for every frame until it is changed. Leaves do not get under the lip of a suction cup here.
     ///
     /// # Errors
     /// The command is for another number of arm joints.

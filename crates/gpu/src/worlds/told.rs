@@ -10,7 +10,7 @@ use crate::clock::Clock;
 use crate::device::{Gpu, GpuError};
 use crate::layout::{QUAD, asked, told, wish};
 use crate::memory::PlacedWord;
-use orchard_robot::{Climb, Command};
+use orchard_robot::{Climb, Command, UnderLip};
 
 /// Bytes of a quad.
 const QUAD_BYTES: usize = 4 * QUAD;
@@ -34,8 +34,8 @@ pub struct Course<'a> {
     pub wish: Wish,
     /// Set point of the chassis' height, the same in each of them, so that a world on uneven ground takes one frame; zeros on level ground.
     pub climb: Climb,
-    /// Points of the suction cup's lip under which leaves lie, a bit each, the same in each of them: leaves are not on the device.
-    pub leaves_under_lip: u64,
+    /// What lies under the lip of the suction cup: leaves in all of the frames, and what presses at the start of each, besides what the device knows of the substep before.
+    pub under_lip: UnderLip,
 }
 
 /// Frames of a lane after which the motion of its tree is read.
