@@ -23,7 +23,7 @@ impl PickerCore {
     /// arm, which reaches only some of them.
     pub fn choose(&self, robot: &RobotState) -> Option<Choice> {
         if let Some(task) = &self.task {
-            return self.place_for(&task.track(robot.time), robot);
+            return self.place_for(&task.track(robot.time), robot, f64::INFINITY);
         }
         let is_free = self.mobility.is_free();
         let eligible = self.perception.tracker.confirmed().filter(|t| self.is_eligible(t, robot));
@@ -36,9 +36,15 @@ impl PickerCore {
         };
         tracks.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.id.cmp(&b.1.id)));
         let candidates = self.config.align.candidates.get() as usize;
-        let asked = if is_free { candidates } else { tracks.len() };
-        let choices = tracks.iter().take(asked).filter_map(|(_, t)| self.place_for(t, robot));
-        choices.take(candidates).min_by(|a, b| a.cost.total_cmp(&b.cost).then(a.track.cmp(&b.track)))
+        if !is_free {
+            let choices = tracks.iter().filter_map(|(_, t)| self.place_for(t, robot, f64::INFINITY));
+            return choices
+                .take(candidates)
+                .min_by(|a, b| a.cost.total_cmp(&b.cost).then(a.track.cmp(&b.track)));
+        }
+        tracks.iter().take(candidates).fold(None, |best: Option<Choice>, (_, track)| {
+            self.place_for(track, robot, cost_of(&best)).or(best)
+        })
     }
 
     fn is_eligible(&self, track: &Track, robot: &RobotState) -> bool {
@@ -112,48 +118,58 @@ impl PickerCore {
         self.mobility.straight_ahead(robot, &track.p_odom, &standoffs)
     }
 
-    /// Returns the best place from which the arm can grasp a track: one before one of its fronts, or for wheels one straight ahead.
-    fn place_for(&self, track: &Track, robot: &RobotState) -> Option<Choice> {
+    /// Returns the best place from which the arm can grasp a track, if it costs less than a limit: one before one of its fronts, or for wheels one straight ahead.
+    fn place_for(&self, track: &Track, robot: &RobotState, limit: f64) -> Option<Choice> {
         let points: Vec<SeenPoint> = self.perception.points().collect();
         if !self.mobility.is_free() {
-            return self.choice_at(track, robot, self.nearest_goal(robot, track), &points);
+            return self.choice_at(track, robot, self.nearest_goal(robot, track), &points, limit);
         }
-        let fronts = self.fronts(track, robot).into_iter();
-        let before = fronts.flat_map(|bearing| self.places_before(track, robot, bearing, &points));
-        let ahead = self.straight_ahead(robot, track).into_iter();
-        let ahead = ahead.filter_map(|goal| self.choice_at(track, robot, goal, &points));
-        before.chain(ahead).min_by(cheaper)
+        let mut best = None;
+        for front in self.fronts(track, robot) {
+            best = self.place_before(track, robot, front, &points, cost_of(&best).min(limit)).or(best);
+        }
+        for goal in self.straight_ahead(robot, track) {
+            best = self.choice_at(track, robot, goal, &points, cost_of(&best).min(limit)).or(best);
+        }
+        best
     }
 
-    /// Places about a track whose bearing is that of a front \[rad\], with the best stand-off there, or is turned from it by one of the angles of the config.
+    /// Best place about a track whose bearing is that of a front \[rad\], with the best stand-off there, or is turned from it by one of the angles of the config; if it costs less than a limit.
     /// The arm's reach depends on distance and height alone.
-    fn places_before(
+    fn place_before(
         &self,
         track: &Track,
         robot: &RobotState,
         front: f64,
         points: &[SeenPoint],
-    ) -> Vec<Choice> {
+        limit: f64,
+    ) -> Option<Choice> {
         let align = &self.config.align;
-        let at = |turn: f64, standoff: f64| {
+        let at = |turn: f64, standoff: f64, limit: f64| {
             let goal = BaseGoal::facing(&track.p_odom, front + turn, standoff);
-            self.choice_at(track, robot, goal, points)
+            self.choice_at(track, robot, goal, points, limit)
         };
-        let straight = align.standoffs.iter().filter_map(|s| Some((s.si(), at(0.0, s.si())?)));
-        let Some((standoff, straight)) = straight.min_by(|a, b| cheaper(&a.1, &b.1)) else {
-            return Vec::new();
-        };
-        let turned = align.bearings.iter().filter_map(|turn| at(turn.si(), standoff));
-        turned.chain([straight]).collect()
+        let (mut standoff, mut straight) = (0.0, None);
+        for distance in &align.standoffs {
+            if let Some(choice) = at(0.0, distance.si(), cost_of(&straight)) {
+                (standoff, straight) = (distance.si(), Some(choice));
+            }
+        }
+        let mut best = Some(straight?);
+        for turn in &align.bearings {
+            best = at(turn.si(), standoff, cost_of(&best).min(limit)).or(best);
+        }
+        best.filter(|choice| choice.cost < limit)
     }
 
-    /// Returns the best grasp of a track from one place of the base.
+    /// Returns the best grasp of a track from one place of the base, if it costs less than a limit.
     fn choice_at(
         &self,
         track: &Track,
         robot: &RobotState,
         goal: BaseGoal,
         points: &[SeenPoint],
+        limit: f64,
     ) -> Option<Choice> {
         let tree = self.perception.belief.p_odom();
         let from_trunk = (Vec3::new(goal.x, goal.y, 0.0) - tree).xy().norm();
@@ -163,8 +179,12 @@ impl PickerCore {
         if self.is_barred(robot, &goal) {
             return None;
         }
+        let c = &self.config.align;
+        let drive = self.drive_cost(robot, &goal) * c.drive_cost.si();
+        let doubt = self.doubt(track);
         let there = goal.pose(robot.x_odom_base.translation.z);
         let seen: Vec<SeenPoint> = points.iter().map(|point| point.within(&there)).collect();
+        let crowd = seen.iter().filter(|point| self.is_crowding(&point.p)).count() as f64 * c.crowd_cost.si();
         let target = Target { p: track.p_odom, radius: track.radius };
         let target_there = Target { p: inverse_transform(&there, &track.p_odom), radius: track.radius };
         let search = Search {
@@ -177,12 +197,9 @@ impl PickerCore {
             q_start: &self.postures.carry(),
             reach_margin: self.config.approach.reach_margin.si(),
         };
-        let plan = search.best()?;
-        let crowd = seen.iter().filter(|point| self.is_crowding(&point.p)).count() as f64;
-        let c = &self.config.align;
-        let cost = self.drive_cost(robot, &goal) * c.drive_cost.si() + plan.cost + crowd * c.crowd_cost.si();
-        let cost = cost + self.doubt(track);
-        Some(Choice { track: track.id, target, goal, plan, cost })
+        let plan = search.cheaper_than(limit - drive - crowd - doubt)?;
+        let cost = drive + plan.cost + crowd + doubt;
+        (cost < limit).then_some(Choice { track: track.id, target, goal, plan, cost })
     }
 
     /// True if a point lies in the volume of chassis and arm.
@@ -194,9 +211,9 @@ impl PickerCore {
     }
 }
 
-/// Order of choices by their cost.
-fn cheaper(a: &Choice, b: &Choice) -> std::cmp::Ordering {
-    a.cost.total_cmp(&b.cost)
+/// Cost of the best choice so far; without an end if there is none.
+fn cost_of(best: &Option<Choice>) -> f64 {
+    best.as_ref().map_or(f64::INFINITY, |choice| choice.cost)
 }
 
 #[cfg(test)]
@@ -224,7 +241,7 @@ mod tests {
         let p_odom = Vec3::new(x + 0.05, 1.4, 0.9);
         let track =
             Track { id: 0, p_odom, radius: 0.03, score: 1.0, hits: 9, last_seen: 0.0, confirmed: true };
-        let choice = core.place_for(&track, &RobotState::still(0.0)).expect("a place");
+        let choice = core.place_for(&track, &RobotState::still(0.0), f64::INFINITY).expect("a place");
         assert!(choice.goal.x < x - 0.5, "{:?}", choice.goal);
     }
 

@@ -117,14 +117,47 @@ pub(crate) struct Search<'a> {
     pub reach_margin: f64,
 }
 
+/// An orientation of the hand, with the weights of the points in its path, and their cost with those that hide the fruit and that of its turn.
+#[derive(Debug, Clone, Copy)]
+struct Ranked {
+    cost: f64,
+    met: f64,
+    rotation: Rotation,
+}
+
 impl Search<'_> {
     /// Returns the approach of least cost.
     pub fn best(&self) -> Option<GraspPlan> {
-        self.approaches(|_| true).into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost))
+        self.cheaper_than(f64::INFINITY)
+    }
+
+    /// Returns the approach of least cost, if it costs less than a limit. It asks the arm for no approach that its points and its turn alone make dearer than the best so far.
+    pub fn cheaper_than(&self, limit: f64) -> Option<GraspPlan> {
+        let (mut best, mut reached) = (None::<GraspPlan>, 0);
+        for ranked in self.ranked(|_| true, limit) {
+            let limit = best.as_ref().map_or(limit, |best| best.cost);
+            if ranked.cost >= limit || reached == self.config.approach.candidates.get() {
+                break;
+            }
+            if let Some(plan) = self.reach(&ranked) {
+                reached += 1;
+                if plan.cost < limit {
+                    best = Some(plan);
+                }
+            }
+        }
+        best
     }
 
     /// Returns the approaches of least cost that the arm can follow, among the allowed directions (base frame).
     pub fn approaches(&self, is_allowed: impl Fn(&Vec3) -> bool) -> Vec<GraspPlan> {
+        let reachable =
+            self.ranked(is_allowed, f64::INFINITY).into_iter().filter_map(|ranked| self.reach(&ranked));
+        reachable.take(self.config.approach.candidates.get() as usize).collect()
+    }
+
+    /// Orientations of the hand whose directions are allowed, by their cost before the arm is asked, the least first; those that cost less than a limit.
+    fn ranked(&self, is_allowed: impl Fn(&Vec3) -> bool, limit: f64) -> Vec<Ranked> {
         let Self { arm, config, target, .. } = *self;
         let c = &config.approach;
         let shoulder = arm.shoulder();
@@ -132,7 +165,7 @@ impl Search<'_> {
         let near = self.points_near(c.sweep_length.si() + c.sweep_half_y.si());
         let (refused_cost, same) =
             (config.blacklist.refused_cost.si(), math::cos(config.blacklist.refused_angle.si()));
-        let mut approaches = Vec::with_capacity(c.elevations.len() * c.azimuths.len());
+        let mut ranked = Vec::with_capacity(c.elevations.len() * c.azimuths.len() * c.rolls.len());
         for elevation in &c.elevations {
             for azimuth in &c.azimuths {
                 let level = hand_rotation(elevation.si(), straight + azimuth.si());
@@ -145,21 +178,30 @@ impl Search<'_> {
                 for roll in &c.rolls {
                     let rotation = level * Rotation::from_axis_angle(&Vec3::z_axis(), roll.si());
                     let turn = (elevation.si() - first).abs() + azimuth.si().abs() + roll.si().abs();
+                    let (turn, refused) = (c.turn_cost.si() * turn, refused_cost * refused);
+                    // Points can only add to the cost.
+                    if turn + refused >= limit {
+                        continue;
+                    }
                     let [met, hiding] = self.in_the_way(&near, &rotation);
                     let brushed = self.brushed(&rotation) as f64;
-                    let cost = met + c.hiding_cost.si() * hiding + c.turn_cost.si() * turn;
-                    let cost = cost + refused_cost * refused;
-                    approaches.push((cost + c.brush_cost.si() * brushed, met, rotation));
+                    let cost = met + c.hiding_cost.si() * hiding + turn;
+                    let cost = cost + refused + c.brush_cost.si() * brushed;
+                    ranked.push(Ranked { cost, met, rotation });
                 }
             }
         }
-        approaches.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let reachable = approaches.into_iter().filter_map(|(cost, met, rotation)| {
-            let q_look = look_posture(arm, target, &rotation, self.q_start, self.reach_margin, config)?;
-            let cost = cost + c.posture_cost.si() * (q_look - self.q_start).amax();
-            Some(GraspPlan { rotation, q_look, met, cost })
-        });
-        reachable.take(c.candidates.get() as usize).collect()
+        ranked.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        ranked
+    }
+
+    /// The plan of an orientation, if the arm can follow it, with the cost of the arm's turn.
+    fn reach(&self, ranked: &Ranked) -> Option<GraspPlan> {
+        let Self { arm, config, target, q_start, reach_margin, .. } = *self;
+        let &Ranked { cost, met, rotation } = ranked;
+        let q_look = look_posture(arm, target, &rotation, q_start, reach_margin, config)?;
+        let cost = cost + config.approach.posture_cost.si() * (q_look - q_start).amax();
+        Some(GraspPlan { rotation, q_look, met, cost })
     }
 
     /// Points near the fruit that do not belong to it.

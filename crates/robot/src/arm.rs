@@ -24,6 +24,8 @@ pub(crate) type Pairs = [[bool; RANKS]; RANKS];
 #[derive(Debug, Clone, PartialEq)]
 pub struct ArmKinematics {
     pub(crate) chain: Chain,
+    /// Largest distance of the joint before the last from the first one \[m\].
+    pub(crate) stretch: f64,
     /// Limits of the arm joints.
     pub(crate) limits: [Limit; MAX_ARM_DOF],
     pub(crate) home: JointVector,

@@ -63,8 +63,10 @@ impl ArmKinematics {
         let x_wrist_hand = frame(&config.parts.hand_link)?;
         let x_wrist_tcp = frame(&config.parts.tcp_link)?;
         let finger = roles.fingers.first().map(|found| found.limit).zip(config.finger.as_ref());
+        let chain = Chain { hinges };
         let mut arm = Self {
-            chain: Chain { hinges },
+            stretch: chain.stretch(),
+            chain,
             limits: std::array::from_fn(|i| roles.arm_limits.get(i).copied().unwrap_or(Limit::LOCKED)),
             home: config.start.arm_home().vector(),
             ik: IkParameters::new(&config.ik),

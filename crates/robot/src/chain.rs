@@ -6,7 +6,7 @@
 use crate::articulation::{combined, moved, point_inertia};
 use crate::joint_values::{JointVector, MAX_ARM_DOF};
 use nalgebra::{SMatrix, Unit};
-use orchard_geometry::{Mat3, Pose, Rotation, Vec3};
+use orchard_geometry::{Mat3, Pose, Rotation, Vec3, inverse_transform, math};
 use orchard_multibody::SpatialInertia;
 
 /// Motion of the base, in its own axes.
@@ -36,6 +36,15 @@ pub(crate) struct Hinge {
 }
 
 impl Hinge {
+    /// Least and largest distance \[m\] between a point of the previous link and a point of its own link, in the frames of these, over all its angles.
+    fn distances(&self, p_parent: &Vec3, p_link: &Vec3) -> [f64; 2] {
+        let axis = self.axis.into_inner();
+        let [p_joint, p_turning] = [inverse_transform(&self.x_parent_joint, p_parent), *p_link];
+        let along = axis.dot(&(p_joint - p_turning));
+        let [a, b] = [p_joint, p_turning].map(|p| (p - axis * axis.dot(&p)).norm());
+        [a - b, a + b].map(|across| math::hypot(along, across))
+    }
+
     /// Adds the inertia of a rigid body that is fixed to the link at a pose.
     pub fn carry(&mut self, load: &SpatialInertia, x_link_load: &Pose) {
         self.inertia = combined(&self.inertia, &moved(load, x_link_load));
@@ -67,6 +76,28 @@ impl Chain {
             x = x * hinge.x_parent_joint * turn;
             x
         })
+    }
+
+    /// A distance that the joints before the last can never be apart from each other, first from last \[m\]: of the ways from joint to joint the shortest, by rigid links and across single hinges. Limits are left out.
+    pub fn stretch(&self) -> f64 {
+        let hinges = &self.hinges;
+        let mut longest = vec![0.0; hinges.len()];
+        for k in 1..hinges.len() {
+            let p_parent = hinges[k].x_parent_joint.translation.vector;
+            longest[k] = longest[k - 1] + p_parent.norm();
+            if k > 1 {
+                longest[k] =
+                    longest[k].min(longest[k - 2] + hinges[k - 1].distances(&Vec3::zeros(), &p_parent)[1]);
+            }
+        }
+        longest.iter().rev().nth(1).copied().unwrap_or(0.0)
+    }
+
+    /// Least distance of the joint before the last from the first one \[m\], over all angles of the last joint, where the last link has a pose in the root frame; 0 for a single joint.
+    pub fn apart(&self, x_root_last: &Pose) -> f64 {
+        let [first, .., last] = &*self.hinges else { return 0.0 };
+        let p_last = inverse_transform(x_root_last, &first.x_parent_joint.translation.vector);
+        last.distances(&Vec3::zeros(), &p_last)[0]
     }
 
     /// Axis of a joint in the root frame; `x` is the pose of its link.
@@ -193,5 +224,47 @@ impl Chain {
             reflected[i] = axis.dot(&(about_p * axis));
         }
         reflected
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::RobotModel;
+
+    /// Over a turn of the hinge, the distance between a point before it and one behind it lies between the two that are told, and comes to both.
+    #[test]
+    fn a_hinge_tells_the_least_and_the_largest_distance() {
+        let hinge = Hinge {
+            x_parent_joint: Pose::from_parts(
+                Vec3::new(0.1, -0.2, 0.3).into(),
+                Rotation::from_axis_angle(&Vec3::x_axis(), 0.7),
+            ),
+            axis: Unit::new_normalize(Vec3::new(0.2, 0.5, 1.0)),
+            inertia: SpatialInertia { mass: 1.0, p_com: Vec3::zeros(), i_com: Mat3::identity() },
+        };
+        let (p_parent, p_link) = (Vec3::new(0.4, 0.1, -0.2), Vec3::new(-0.1, 0.3, 0.2));
+        let (mut least, mut largest) = (f64::INFINITY, 0.0_f64);
+        for degree in 0..3600 {
+            let turn = Rotation::from_axis_angle(&hinge.axis, f64::from(degree) * 0.1_f64.to_radians());
+            let x_parent_link = hinge.x_parent_joint * Pose::from_parts(Vec3::zeros().into(), turn);
+            let distance =
+                (x_parent_link * nalgebra::Point3::from(p_link) - nalgebra::Point3::from(p_parent)).norm();
+            (least, largest) = (least.min(distance), largest.max(distance));
+        }
+        let told = hinge.distances(&p_parent, &p_link);
+        assert!(
+            (told[0] - least).abs() < 1e-6 && (told[1] - largest).abs() < 1e-6,
+            "{told:?} {least} {largest}"
+        );
+    }
+
+    /// The stretch of the paper's arm from shoulder to wrist is that of upper arm and forearm, each with its elbow's offset of 82.5 mm.
+    #[test]
+    fn an_arm_stretches_by_its_offsets() {
+        let robot = RobotModel::paper();
+        let stretch = robot.kinematics().chain.stretch();
+        let bone = |length: f64| math::hypot(length, 0.0825);
+        assert!((stretch - bone(0.316) - bone(0.384)).abs() < 1e-9, "{stretch} m");
     }
 }

@@ -113,6 +113,10 @@ impl ArmKinematics {
         if !target.is_finite() || q_start.iter().any(|x| !x.is_finite()) {
             return Err(IkFailure::NotFinite);
         }
+        let beyond = self.beyond(target);
+        if beyond > 0.0 {
+            return Err(IkFailure::Unreachable { position: beyond, angle: 0.0 });
+        }
         let mut q = self.clamped(q_start);
         for _ in 0..self.ik.iterations {
             let residual = self.residual(target, &q);
@@ -123,6 +127,16 @@ impl ArmKinematics {
         }
         let residual = self.residual(target, &q);
         Err(IkFailure::Unreachable { position: residual.position, angle: residual.angle })
+    }
+
+    /// Length that the arm lacks at least to meet a target within the tolerances \[m\]; 0 or less says nothing. A pose of the TCP is one of the last link, so that only the joints before it have to reach.
+    fn beyond(&self, target: &IkTarget) -> f64 {
+        let IkTarget::Pose(x_base_tcp) = target else { return 0.0 };
+        let x_wrist_tcp = &self.mounts.x_wrist_tcp;
+        // The last link of a posture within the tolerances is off by as much.
+        let lever = (x_base_tcp.translation.vector - self.shoulder()).norm();
+        let slack = self.ik.position_tolerance + self.ik.angle_tolerance * lever;
+        self.chain.apart(&(x_base_tcp * x_wrist_tcp.inverse())) - self.stretch - slack
     }
 
     /// Follows a pose of the TCP (base frame) by a number of damped steps from `q_start`, within the joint limits. The posture connects to

@@ -113,6 +113,24 @@ fn singular_postures_end_in_a_posture_or_an_error() {
     });
 }
 
+/// A pose that some posture has is never refused as out of reach, however far the arm is stretched; one farther away than that is, at once.
+#[test]
+fn only_poses_out_of_reach_are_refused_at_once() {
+    for_every_robot(|name, arm| {
+        for q in postures(arm, 3000).take(2000).chain(singular_postures(arm)) {
+            let x = arm.tcp(&q);
+            assert_eq!(arm.solve_near(&IkTarget::Pose(x), &q), Ok(arm.clamped(&q)), "{name}");
+            let away = (x.translation.vector - arm.shoulder()).normalize() * 3.0;
+            let beyond = Pose::from_parts((x.translation.vector + away).into(), x.rotation);
+            let found = arm.solve_near(&IkTarget::Pose(beyond), &q);
+            assert!(
+                matches!(found, Err(IkFailure::Unreachable { position, angle: 0.0 }) if position > 0.5),
+                "{name}: {found:?}"
+            );
+        }
+    });
+}
+
 /// Targets on the way of the tool from one posture to another, each solved from the last answer: both solvers follow, and no joint moves
 /// much faster than the joints that made the path.
 #[test]
