@@ -117,7 +117,7 @@ pub(crate) struct Search<'a> {
     pub reach_margin: f64,
 }
 
-/// An orientation of the hand, with the weights of the points in its path, and their cost with those that hide the fruit and that of its turn.
+/// An orientation of the hand: the weights of the points in its path (`met`), and its cost by points, neighbours and turn, before the arm is asked.
 #[derive(Debug, Clone, Copy)]
 struct Ranked {
     cost: f64,
@@ -131,7 +131,7 @@ impl Search<'_> {
         self.cheaper_than(f64::INFINITY)
     }
 
-    /// Returns the approach of least cost, if it costs less than a limit. It asks the arm for no approach that its points and its turn alone make dearer than the best so far.
+    /// Returns the approach of least cost, if it costs less than a limit. Approaches are tried in the order of their cost before the arm is asked; the search ends where that cost alone reaches the best whole cost.
     pub fn cheaper_than(&self, limit: f64) -> Option<GraspPlan> {
         let (mut best, mut reached) = (None::<GraspPlan>, 0);
         for ranked in self.ranked(|_| true, limit) {

@@ -24,7 +24,7 @@ pub(crate) type Pairs = [[bool; RANKS]; RANKS];
 #[derive(Debug, Clone, PartialEq)]
 pub struct ArmKinematics {
     pub(crate) chain: Chain,
-    /// Largest distance of the joint before the last from the first one \[m\].
+    /// Upper bound of the distance between the first joint and the joint before the last \[m\] ([`Chain::stretch`]).
     pub(crate) stretch: f64,
     /// Limits of the arm joints.
     pub(crate) limits: [Limit; MAX_ARM_DOF],

@@ -36,7 +36,7 @@ pub(crate) struct Hinge {
 }
 
 impl Hinge {
-    /// Least and largest distance \[m\] between a point of the previous link and a point of its own link, in the frames of these, over all its angles.
+    /// Least and largest distance \[m\], over all angles of the hinge, between a point of the previous link and a point of the hinge's own link. Each point is given in the frame of its link.
     fn distances(&self, p_parent: &Vec3, p_link: &Vec3) -> [f64; 2] {
         let axis = self.axis.into_inner();
         let [p_joint, p_turning] = [inverse_transform(&self.x_parent_joint, p_parent), *p_link];
@@ -78,7 +78,7 @@ impl Chain {
         })
     }
 
-    /// A distance that the joints before the last can never be apart from each other, first from last \[m\]: of the ways from joint to joint the shortest, by rigid links and across single hinges. Limits are left out.
+    /// Upper bound of the distance between the first joint and the joint before the last \[m\], whatever the posture; joint limits are left out. It is the shortest chain of steps, each along one rigid link or across one hinge.
     pub fn stretch(&self) -> f64 {
         let hinges = &self.hinges;
         let mut longest = vec![0.0; hinges.len()];
@@ -93,7 +93,7 @@ impl Chain {
         longest.iter().rev().nth(1).copied().unwrap_or(0.0)
     }
 
-    /// Least distance of the joint before the last from the first one \[m\], over all angles of the last joint, where the last link has a pose in the root frame; 0 for a single joint.
+    /// Least distance between the first joint and the joint before the last \[m\] for a given pose of the last link in the root frame, over all angles of the last joint; 0 for a single joint.
     pub fn apart(&self, x_root_last: &Pose) -> f64 {
         let [first, .., last] = &*self.hinges else { return 0.0 };
         let p_last = inverse_transform(x_root_last, &first.x_parent_joint.translation.vector);

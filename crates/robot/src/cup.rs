@@ -46,17 +46,17 @@ pub struct Suction {
     pub closed: u64,
 }
 
-/// Points of a lip under which something else than its fruit lies, a bit each, of the first 64.
+/// Points of a lip that something other than its fruit keeps open: one bit for each of the first 64 points.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct UnderLip {
-    /// Those over leaves.
+    /// Points over a leaf.
     pub leaves: u64,
-    /// Those on which something presses.
+    /// Points on which wood, another fruit or anything else presses.
     pub pressed: u64,
 }
 
 impl UnderLip {
-    /// What is left without some points.
+    /// The same without some points, given by their bits.
     #[must_use]
     pub fn without(self, points: u64) -> Self {
         Self { leaves: self.leaves & !points, pressed: self.pressed & !points }
@@ -109,7 +109,7 @@ impl Cup {
         u32::try_from(point).ok().and_then(|point| 1_u64.checked_shl(point)).unwrap_or(0)
     }
 
-    /// Gap that what lies under the lip leaves at a point \[m\]: the lip's thickness where something presses, `leaf_gap` over a leaf.
+    /// Gap at a point of the lip \[m\]: the lip's thickness where something presses, `leaf_gap` over a leaf, 0 elsewhere.
     pub fn gap_over(&self, under: &UnderLip, point: usize) -> f64 {
         let gap = |points: u64, gap: f64| if points & Self::bit(point) == 0 { 0.0 } else { gap };
         gap(under.pressed, 2.0 * self.half_thickness).max(gap(under.leaves, self.leaf_gap))

@@ -129,11 +129,11 @@ impl ArmKinematics {
         Err(IkFailure::Unreachable { position: residual.position, angle: residual.angle })
     }
 
-    /// Length that the arm lacks at least to meet a target within the tolerances \[m\]; 0 or less says nothing. A pose of the TCP is one of the last link, so that only the joints before it have to reach.
+    /// Length that a stretched arm is too short for a target, less the tolerances \[m\]. With 0 or less the arm may reach it or not. The pose of the TCP fixes that of the last link, so only the joints before it have to reach.
     fn beyond(&self, target: &IkTarget) -> f64 {
         let IkTarget::Pose(x_base_tcp) = target else { return 0.0 };
         let x_wrist_tcp = &self.mounts.x_wrist_tcp;
-        // The last link of a posture within the tolerances is off by as much.
+        // A posture within the tolerances has the last link off by this much at the shoulder.
         let lever = (x_base_tcp.translation.vector - self.shoulder()).norm();
         let slack = self.ik.position_tolerance + self.ik.angle_tolerance * lever;
         self.chain.apart(&(x_base_tcp * x_wrist_tcp.inverse())) - self.stretch - slack

@@ -164,7 +164,7 @@ impl World {
         &self.state.suction
     }
 
-    /// What lies under the lip of the suction cup, if it may have a vacuum in the next frames under some commands. Wood and fruit are those of the frame before calm ones, if the world is behind.
+    /// Points of the suction cup's lip over leaves or pressed on; none if the cup has no vacuum and the commands ask for none. In a world that is behind ([`Self::is_behind`]) wood and fruit lie where they lay before the calm frames.
     pub fn under_lip(&self, commands: &[Command]) -> UnderLip {
         let State { suction, data, fruit, report, .. } = &self.state;
         if self.sucks(commands) {

@@ -114,8 +114,8 @@ fn nearest(
     best.map(|(_, fruit, p_lip)| (fruit, p_lip))
 }
 
-/// What lies under the lip, on a fruit or beside all. Wood, scenery, other fruit or anything else that presses on a point of the lip in `report` is under it. Leaves are taken where the camera draws them, as flat ellipses; they bear no force here, so the lip does
-/// not push them aside. One is under a point that it passes within half the distance between two of them.
+/// Finds the points of the lip over leaves and those pressed on. A point is pressed on if a contact of `report` presses on it that is not with `fruit`, the fruit on which the lip lies. A leaf is the flat ellipse that the camera draws. It lies under a point if it passes
+/// within half the distance between two points of the lip. Leaves bear no force here, so the lip does not push them aside.
 fn under(
     parts: &Parts,
     data: &Data,
@@ -156,7 +156,7 @@ fn under(
     under
 }
 
-/// What lies under the lip now; nothing without a cup.
+/// Points of the lip over leaves and pressed on, now; none without a cup.
 pub(crate) fn under_lip(
     suction: &Suction,
     parts: &Parts,

@@ -262,7 +262,7 @@ impl RobotBatch {
 pub(crate) struct Surroundings {
     /// Set point of the chassis' height.
     pub climb: Climb,
-    /// What lies under the lip of the suction cup.
+    /// Points of the suction cup's lip over leaves, and points on which something presses.
     pub under_lip: UnderLip,
 }
 

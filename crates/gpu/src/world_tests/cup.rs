@@ -166,7 +166,7 @@ fn a_fruit_at_a_cup_stays() {
     assert!((there - here).norm() < APART, "{there:?} {here:?}");
 }
 
-/// What the processor knows to press on a point of the lip keeps it off the fruit by the lip's thickness in the first substep of a frame, until the cup is closed there.
+/// The processor tells that something presses on a point of the lip. In the first substep of the frame this point stays open, unless it was closed already.
 #[test]
 fn what_is_told_to_press_lets_air_in() {
     const POINT: u64 = 1 << 3;

@@ -15,7 +15,7 @@ const SETTLING: u32 = 60;
 pub(super) struct Grip {
     pub world: World,
     pub command: Command,
-    /// What lies under the lip of a suction cup, on the device.
+    /// Points of the lip that the device is told to lie over leaves, or to be pressed on.
     pub under_lip: UnderLip,
     tree: TreeWorld,
     batch: WorldBatch,

@@ -34,7 +34,7 @@ pub struct Course<'a> {
     pub wish: Wish,
     /// Set point of the chassis' height, the same in each of them, so that a world on uneven ground takes one frame; zeros on level ground.
     pub climb: Climb,
-    /// What lies under the lip of the suction cup: leaves in all of the frames, and what presses at the start of each, besides what the device knows of the substep before.
+    /// Points of the suction cup's lip over leaves, in all of the frames, and points on which something presses, in the first substep of each. The device itself finds the points that were pressed on in the substep before.
     pub under_lip: UnderLip,
 }
 
