@@ -6,6 +6,8 @@
 @group(0) @binding(6) var<storage, read_write> works: array<vec4f>;
 @group(0) @binding(7) var<storage, read_write> fruits: array<vec4f>;
 @group(0) @binding(8) var<storage, read_write> worlds: array<f32>;
+// Number of worlds whose contacts a workgroup of `answer` has taken up in the substep.
+@group(0) @binding(9) var<storage, read_write> taken: atomic<u32>;
 
 // Rotational inertia of a ball by mass and square of the radius.
 const BALL: f32 = 0.4;
@@ -82,9 +84,12 @@ fn pairs_at(four: u32) -> u32 {
     return contact_at(MEETING_MOST_CONTACTS) + four;
 }
 
+// Number of the workgroup's desk: its memory for the world whose contacts it solves.
+var<private> desk: u32;
+
 // Responses of the robot's joints to a unit impulse along a row.
 fn response_at(row: u32) -> u32 {
-    return pairs_at(MEETING_MOST_PAIRS / QUAD) + row * (ROBOT_DOFS / QUAD);
+    return head(HEAD_DESKS) + desk * head(HEAD_DESK) + row * (ROBOT_DOFS / QUAD);
 }
 
 fn path_at(way: u32, step: u32) -> u32 {

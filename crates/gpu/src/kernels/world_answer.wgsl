@@ -1,4 +1,4 @@
-// Impulses of a world's contacts in a substep, and their effects. A workgroup is a world. The law and its solution are those of `orchard_multibody::contact`.
+// Impulses of a world's contacts in a substep, and their effects. A workgroup takes up one world after another, and solves it at its desk. The law and its solution are those of `orchard_multibody::contact`.
 
 // The contacts: numbers of their colliders, normal, tangents.
 var<workgroup> contact_pair: array<u32, MEETING_MOST_CONTACTS>;
@@ -18,11 +18,30 @@ var<private> own_free: vec3f;
 // Impulse of the thread's contact if it is given, that of a suction cup [N s]; else 0.
 var<private> own_given: f32;
 
-// Solves the contacts, and hands their impulses on. Servos' limits and stuck joints are as in `solve_with_limits`.
+// Takes up worlds until none is left. Which workgroup solves a world changes no bit of it.
 @compute @workgroup_size(LANES)
 fn answer(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) own_thread: u32) {
     thread = own_thread;
-    enter_world(group.x);
+    desk = group.x;
+    loop {
+        var next = 0u;
+        if thread == 0u {
+            next = atomicAdd(&taken, 1u);
+        }
+        next = shared_number(next);
+        if next >= robot.worlds {
+            break;
+        }
+        enter_world(next);
+        answer_contacts();
+        // What lies on the desk has been read when the next world comes.
+        storageBarrier();
+        workgroupBarrier();
+    }
+}
+
+// Solves the contacts of a world, and hands their impulses on. Servos' limits and stuck joints are as in `solve_with_limits`.
+fn answer_contacts() {
     let runs = bitcast<u32>(worlds[world_at(WORLD_STOPPED)]) == 0u;
     contacts = shared_number(select(0u, bitcast<u32>(system(SYSTEM_CONTACTS)), runs));
     if contacts == 0u {

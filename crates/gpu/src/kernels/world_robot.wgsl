@@ -4,6 +4,9 @@
 @compute @workgroup_size(LANES)
 fn robot_begin(@builtin(workgroup_id) block: vec3u, @builtin(local_invocation_index) thread: u32) {
     let index = block.x * LANES + thread;
+    if index == 0u {
+        atomicStore(&taken, 0u);
+    }
     if index >= robot.worlds {
         return;
     }

@@ -59,8 +59,7 @@ fields! {
         /// Number of fields.
         FIELDS = 812,
     }
-    /// A world's record of its contacts: numbers, then [`contact`] by [`contact`], then the pairs of near colliders, then 16 responses of the robot's joints for each row of a contact, then [`path`] by
-    /// [`path`], those of a contact from its link to the root.
+    /// A world's record of its contacts: numbers, then [`contact`] by [`contact`], then the pairs of near colliders.
     meeting {
         /// Number of contacts in the latest substep, as bits.
         CONTACTS = 0,
@@ -113,6 +112,12 @@ fields! {
         FIRST = 16,
         /// Mask of a number.
         NUMBER = 0xffff,
+    }
+    /// Memory of a workgroup that solves the contacts of one world after another: 16 responses of the robot's joints for each row of a contact, then [`path`] by [`path`], those of a contact from its link
+    /// to the root, then [`block`] by [`block`].
+    desk {
+        /// Largest number of desks, our own choice: about as many workgroups as a large device runs at once. A smaller batch has a desk for each world.
+        MOST = 1056,
     }
     /// Response of a joint of the tree to unit impulses along the three rows of a contact, in coordinates in which the system's matrix is 1.
     path {
@@ -221,6 +226,9 @@ fields! {
         STIFFNESS_OF_FRUIT = 11,
         /// Number of colliders that stand still.
         STILL = 13,
+        /// First quad of the desks in the buffer of meetings, and their quads.
+        DESKS = 14,
+        DESK = 15,
         /// Number of fields.
         FIELDS = 16,
     }

@@ -84,17 +84,15 @@ impl System {
             numbers.extend(root.chain((0..3).map(|k| self.rest[3 * i + k])).map(|x| x as f32));
         }
         let blocks = self.blocks();
-        // With tables of zeros the blocks follow a record's contacts, pairs and responses.
-        let before = meeting::FIELDS
-            + meeting::MOST_PAIRS
-            + meeting::MOST_CONTACTS * (crate::layout::contact::FIELDS + 3 * crate::layout::robot::DOFS);
+        // With tables of zeros the first desk is at the start, and the blocks follow its responses.
+        let before = meeting::MOST_CONTACTS * 3 * crate::layout::robot::DOFS;
         let mut meetings = vec![0.0; before];
         meetings.extend(&blocks);
 
         let read = BufferBindingType::Storage { read_only: true };
         let written = BufferBindingType::Storage { read_only: false };
         let uniform = BufferBindingType::Uniform;
-        let kinds = [uniform, read, written, uniform, read, written, written, written, written];
+        let kinds = [uniform, read, written, uniform, read, written, written, written, written, written];
         let kernels = Kernels::new(
             &gpu.device,
             "solve",

@@ -6,7 +6,6 @@ use super::table::WorldTable;
 use crate::batch::GpuBatch;
 use crate::buffers::{allocated, check_limits, create_buffer};
 use crate::device::{Gpu, GpuError};
-use crate::layout::LANES;
 use crate::robots::RobotBatch;
 use crate::rules::Rules;
 
@@ -31,18 +30,19 @@ impl WorldBuffers {
         robots: &RobotBatch,
     ) -> Result<Self, GpuError> {
         let worlds = trees.len();
-        check_limits(gpu, worlds, 4 * table.meetings.max(table.words.len()), worlds)?;
+        let meetings = table.meetings(worlds);
+        check_limits(gpu, worlds, 4 * meetings.max(table.words.len()), worlds)?;
         let copied = BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
         let of_worlds = |some: usize| {
-            let blocks = table.records * some.div_ceil(LANES) / worlds.div_ceil(LANES);
             let words = table.words.len() * some / worlds;
             [
-                create_buffer(gpu, "meetings", 4 * (blocks + some * table.record), copied),
+                create_buffer(gpu, "meetings", 4 * table.meetings(some), copied),
                 create_buffer(gpu, "tables", 4 * words, copied),
+                create_buffer(gpu, "taken", 4, BufferUsages::STORAGE),
             ]
         };
-        let each = 4 * (table.meetings + table.words.len()) / worlds;
-        let [meetings, tables] = allocated(gpu, worlds, each, of_worlds)?;
+        let each = 4 * (meetings + table.words.len()) / worlds;
+        let [meetings, tables, taken] = allocated(gpu, worlds, each, of_worlds)?;
         gpu.queue.write_buffer(&tables, 0, bytemuck::cast_slice(&table.words));
         let (of_trees, of_robots) = (&trees.buffers, &robots.buffers);
         let rules = wgpu::BindingResource::Buffer(wgpu::BufferBinding {
@@ -59,7 +59,7 @@ impl WorldBuffers {
             });
             let [constants, robots] =
                 [&of_robots.constants, &of_robots.robots].map(wgpu::Buffer::as_entire_binding);
-            let after = [&tables, &meetings, &of_trees.work, &of_trees.fruit, &of_trees.worlds];
+            let after = [&tables, &meetings, &of_trees.work, &of_trees.fruit, &of_trees.worlds, &taken];
             let resources = [constants, commands, robots, rules.clone()].into_iter();
             let resources = resources.chain(after.map(wgpu::Buffer::as_entire_binding));
             let entries: Vec<_> = (0..)

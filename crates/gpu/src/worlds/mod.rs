@@ -34,7 +34,7 @@ use pipelines::WorldPass;
 pub(crate) use scatter::Parcel;
 use scatter::Records;
 pub use table::world_colliders;
-use table::{WorldTable, overlaps, stand_alike};
+use table::{WorldTable, desks, overlaps, stand_alike};
 pub use told::{Course, News, Wish};
 
 /// Largest tilt of an odom frame: its z axis is as near to the vertical as rounding allows.
@@ -133,7 +133,8 @@ impl WorldBatch {
 
     /// Memory on the device \[bytes\].
     pub fn bytes(&self) -> usize {
-        self.trees.bytes() + self.robots.bytes() + 4 * (self.table.meetings + self.table.words.len())
+        let own = self.table.meetings(self.len()) + self.table.words.len();
+        self.trees.bytes() + self.robots.bytes() + 4 * own
     }
 
     /// Sets the command of a world's robot, for every frame until it is changed. Leaves do not get under the lip of a suction cup here.
@@ -190,7 +191,7 @@ impl WorldBatch {
             WorldPass::RobotBegin => (&pipelines.robot_begin, blocks),
             WorldPass::Seek => (&pipelines.seek, worlds),
             WorldPass::Meet => (&pipelines.meet, worlds),
-            WorldPass::Answer => (&pipelines.answer, worlds),
+            WorldPass::Answer => (&pipelines.answer, desks(self.len()) as u32),
             WorldPass::RobotEnd => (&pipelines.robot_end, blocks),
         };
         pass.set_bind_group(0, &self.buffers.bindings[frame], &[rules]);

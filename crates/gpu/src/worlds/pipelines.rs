@@ -60,9 +60,9 @@ impl WorldPipelines {
         let own = laws.constants();
         let constants: Vec<_> = own.into_iter().filter(|(name, _)| LAWS.contains(name)).collect();
         let constants = &constants[..];
-        // Robot, commands, robots; rules; tables, meetings; works, fruit, worlds.
+        // Robot, commands, robots; rules; tables, meetings; works, fruit, worlds; number of worlds taken up.
         let [robot, rules] = [false, true].map(|has_offset| (BufferBindingType::Uniform, has_offset));
-        let buffers = [robot, read, written, rules, read, written, written, written, written];
+        let buffers = [robot, read, written, rules, read, written, written, written, written, written];
         let kernels = Kernels::new(device, "worlds", shader::source_of_worlds(), &buffers);
         Self {
             robot_begin: kernels.pipeline("robot_begin", constants),

@@ -11,8 +11,8 @@ use orchard_treephys::TreeBody;
 
 use crate::BatchError;
 use crate::layout::{
-    LANES, QUAD, block, collider, contact, head, material, meeting, pair, path, place, robot, solid, still,
-    system,
+    LANES, QUAD, block, collider, contact, desk, head, material, meeting, pair, path, place, robot, solid,
+    still, system,
 };
 use crate::memory::{Memory, PlacedQuad, Room, depth};
 use crate::robots::Alone;
@@ -28,8 +28,8 @@ pub(crate) struct WorldTable {
     /// First number of the records of worlds in the buffer of meetings, and their numbers.
     pub records: usize,
     pub record: usize,
-    /// Numbers of the buffer of meetings.
-    pub meetings: usize,
+    /// Numbers of a desk.
+    desk: usize,
 }
 
 /// Friction and stiffness of a surface.
@@ -94,18 +94,20 @@ impl WorldTable {
         let most = plants.iter().map(|plant| plant.tree.len() + plant.fruit.len()).max().unwrap_or(0);
         let most = most.max(room.colliders());
         let own = (place::FIELDS + most + 2 * place::MOST_OVERLAPS).next_multiple_of(QUAD);
-        let record = meeting::FIELDS
-            + meeting::MOST_PAIRS
-            + meeting::MOST_CONTACTS * (contact::FIELDS + 3 * robot::DOFS)
+        let record = meeting::FIELDS + meeting::MOST_CONTACTS * contact::FIELDS + meeting::MOST_PAIRS;
+        let desk = meeting::MOST_CONTACTS * 3 * robot::DOFS
             + meeting::MOST_WAYS * depth * path::FIELDS
             + meeting::MOST_CONTACTS * meeting::MOST_CONTACTS * block::FIELDS;
         let records = plants.len().div_ceil(LANES) * system::FIELDS * LANES;
+        let desks = records + plants.len() * record;
         for (field, value) in [
             (head::COLLIDERS, colliders.len()),
             (head::STILL, still.len()),
             (head::DEPTH, depth),
             (head::RECORDS, records / QUAD),
             (head::RECORD, record / QUAD),
+            (head::DESKS, desks / QUAD),
+            (head::DESK, desk / QUAD),
             (head::PLACES, words.len() / QUAD),
             (head::PLACE, own / QUAD),
         ] {
@@ -124,8 +126,13 @@ impl WorldTable {
         for (index, (plant, x_world_odom)) in plants.iter().zip(x_world_odom).enumerate() {
             words.extend(of_world(memory, index, plant, x_world_odom, own));
         }
-        let meetings = records + plants.len() * record;
-        Ok(Self { words, records, record, meetings })
+        Ok(Self { words, records, record, desk })
+    }
+
+    /// Numbers of the buffer of meetings of so many worlds.
+    pub fn meetings(&self, worlds: usize) -> usize {
+        let systems = worlds.div_ceil(LANES) * LANES * system::FIELDS;
+        systems + worlds * self.record + desks(worlds) * self.desk
     }
 
     /// First word of the places of a world.
@@ -147,6 +154,11 @@ impl WorldTable {
         let first = (self.places_at(index) / QUAD) as u32;
         (first..).zip(quads).map(|(at, quad)| PlacedQuad::new(at, *quad)).collect()
     }
+}
+
+/// Number of workgroups that solve the contacts of so many worlds.
+pub(super) fn desks(worlds: usize) -> usize {
+    worlds.min(desk::MOST)
 }
 
 fn bits(value: f64) -> u32 {
