@@ -410,7 +410,7 @@ fn rams_load_and_break_wood_as_in_f64() {
     assert!(broke >= 2, "{expected:?}");
 }
 
-/// A robot that presses fruit and wood has the same bits alone and in company, and again after a reset; a command that is not finite stops its world, tree and robot.
+/// A robot that presses fruit and wood has the same bits alone and in company, where one workgroup solves the contacts of all worlds in turn; a command that is not finite stops its world, tree and robot.
 #[test]
 fn neighbours_change_no_bit() {
     const FRAMES: u32 = 48;
@@ -428,6 +428,7 @@ fn neighbours_change_no_bit() {
         (a.q, a.v, a.point_v_world, b.q, batch.meeting(index).unwrap())
     };
     let mut together = batch_of(&gpu, &robot, &worlds);
+    together.share_desks(1);
     (0..3).for_each(|index| together.command(index, &command).unwrap());
     together.command(STOPPED, &Command { finger_q: f64::NAN, ..command }).unwrap();
     together.advance(FRAMES);

@@ -52,6 +52,8 @@ pub struct WorldBatch {
     robots: RobotBatch,
     buffers: WorldBuffers,
     table: WorldTable,
+    /// Workgroups that solve the contacts of a substep.
+    desks: usize,
     room: Room,
     /// Numbers that a batch of lanes reads from the device after every frame; `None` in a batch of fixed worlds.
     read: Option<Read>,
@@ -102,6 +104,7 @@ impl WorldBatch {
         let alone = &robots.alone;
         let table = WorldTable::new(&batch.memory, &plants, robot, alone, &links, x_world_odom, &room)?;
         let buffers = WorldBuffers::new(gpu, &table, &batch, &robots)?;
+        let desks = desks(trees.len());
         let (gpu, trees) = (gpu.clone(), batch);
         Ok(Self {
             gpu,
@@ -109,11 +112,18 @@ impl WorldBatch {
             robots,
             buffers,
             table,
+            desks,
             room,
             read: None,
             sent: Records::default(),
             clock: None,
         })
+    }
+
+    /// Lets so few workgroups solve the contacts of all worlds.
+    #[cfg(test)]
+    pub(crate) fn share_desks(&mut self, desks: usize) {
+        self.desks = self.desks.min(desks);
     }
 
     /// Number of worlds.
@@ -191,7 +201,7 @@ impl WorldBatch {
             WorldPass::RobotBegin => (&pipelines.robot_begin, blocks),
             WorldPass::Seek => (&pipelines.seek, worlds),
             WorldPass::Meet => (&pipelines.meet, worlds),
-            WorldPass::Answer => (&pipelines.answer, desks(self.len()) as u32),
+            WorldPass::Answer => (&pipelines.answer, self.desks as u32),
             WorldPass::RobotEnd => (&pipelines.robot_end, blocks),
         };
         pass.set_bind_group(0, &self.buffers.bindings[frame], &[rules]);
