@@ -65,7 +65,7 @@ impl Buffers {
             4 * memory.pushes.len(),
             16 * memory.operations.len(),
         ];
-        check_limits(gpu, worlds, largest.into_iter().max().unwrap_or(0), memory.tile_count())?;
+        check_limits(gpu, worlds, largest.into_iter().max().unwrap_or(0), 0, memory.tile_count())?;
         let of_worlds = |some: usize| {
             // Without worlds there is still the table of their base.
             let (some, of) = if worlds == 0 { (1, 1) } else { (some as u128, worlds as u128) };
@@ -142,17 +142,24 @@ impl Buffers {
     }
 }
 
-/// Checks a batch against the limits of the adapter: bytes of its largest buffer, and number of workgroups.
+/// Checks a batch against the limits of the adapter: bytes of its largest buffer, of which `shared` are needed by fewer worlds as well, and number of workgroups.
 ///
 /// # Errors
 /// It exceeds one of them; the error names the number of worlds that would fit.
-pub(crate) fn check_limits(gpu: &Gpu, worlds: usize, largest: usize, groups: usize) -> Result<(), GpuError> {
+pub(crate) fn check_limits(
+    gpu: &Gpu,
+    worlds: usize,
+    largest: usize,
+    shared: usize,
+    groups: usize,
+) -> Result<(), GpuError> {
     let limits = gpu.device.limits();
     let bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
     let most_groups = u64::from(limits.max_compute_workgroups_per_dimension);
-    for (what, needed, has) in
-        [("bytes in one buffer", largest as u64, bytes), ("workgroups", groups as u64, most_groups)]
-    {
+    for (what, needed, shared, has) in [
+        ("bytes in one buffer", largest as u64, shared as u64, bytes),
+        ("workgroups", groups as u64, 0, most_groups),
+    ] {
         if needed > has {
             return Err(GpuError::TooLarge {
                 worlds,
@@ -160,11 +167,17 @@ pub(crate) fn check_limits(gpu: &Gpu, worlds: usize, largest: usize, groups: usi
                 needed,
                 adapter: gpu.info().name.clone(),
                 has,
-                fits: (u128::from(has) * worlds as u128 / u128::from(needed)) as usize / LANES * LANES,
+                fits: fitting(worlds, needed, shared, has),
             });
         }
     }
     Ok(())
+}
+
+/// Number of worlds, in whole blocks, that fit where some need more than there is. All need the shared part.
+fn fitting(worlds: usize, needed: u64, shared: u64, has: u64) -> usize {
+    let [needed, has] = [needed, has].map(|bytes| u128::from(bytes.saturating_sub(shared)));
+    (has * worlds as u128 / needed.max(1)) as usize / LANES * LANES
 }
 
 /// Creates a buffer of at least some bytes.
@@ -256,5 +269,22 @@ impl Gpu {
         let lost = |e: wgpu::MapRangeError| GpuError::Lost(e.to_string());
         let mapped = staging.slice(..).get_mapped_range().map_err(lost)?;
         Ok(bytemuck::cast_slice::<u8, T>(&mapped).to_vec())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::fitting;
+
+    /// The number of worlds that an error names fits; the next block does not.
+    #[test]
+    fn as_many_fit_as_an_error_names() {
+        let needed = |worlds: u64, shared: u64| shared + 1_000 * worlds;
+        for shared in [0, 50_000_000] {
+            let has = 100_000_000;
+            let fits = fitting(200_000, needed(200_000, shared), shared, has) as u64;
+            assert!(needed(fits, shared) <= has && needed(fits + 32, shared) > has, "{shared}: {fits}");
+        }
+        assert_eq!(fitting(64, 2_000, 1_500, 1_000), 0);
     }
 }

@@ -28,7 +28,7 @@ impl RobotBuffers {
         let worlds = table.worlds as usize;
         let groups = worlds.div_ceil(LANES);
         let largest = size_of_val(states).max(4 * commands);
-        check_limits(gpu, worlds, largest, groups)?;
+        check_limits(gpu, worlds, largest, 0, groups)?;
         let copied = BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
         let of_worlds = |some: usize| {
             let part = |bytes: usize| bytes / groups.max(1) * some.div_ceil(LANES);

@@ -31,7 +31,7 @@ impl WorldBuffers {
     ) -> Result<Self, GpuError> {
         let worlds = trees.len();
         let meetings = table.meetings(worlds);
-        check_limits(gpu, worlds, 4 * meetings.max(table.words.len()), worlds)?;
+        check_limits(gpu, worlds, 4 * meetings.max(table.words.len()), 4 * table.on_desks(worlds), worlds)?;
         let copied = BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
         let of_worlds = |some: usize| {
             let words = table.words.len() * some / worlds;

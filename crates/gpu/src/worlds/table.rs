@@ -132,7 +132,12 @@ impl WorldTable {
     /// Numbers of the buffer of meetings of so many worlds.
     pub fn meetings(&self, worlds: usize) -> usize {
         let systems = worlds.div_ceil(LANES) * LANES * system::FIELDS;
-        systems + worlds * self.record + desks(worlds) * self.desk
+        systems + worlds * self.record + self.on_desks(worlds)
+    }
+
+    /// Those of them on desks.
+    pub fn on_desks(&self, worlds: usize) -> usize {
+        desks(worlds) * self.desk
     }
 
     /// First word of the places of a world.

@@ -139,7 +139,7 @@ impl Told {
     ) -> Result<Self, GpuError> {
         let each = links + (1 + motion) * fruit + RECORD;
         let quads = lanes * (frames * (OWN + each) + fruit);
-        check_limits(gpu, lanes, QUAD_BYTES * quads, lanes)?;
+        check_limits(gpu, lanes, QUAD_BYTES * quads, 0, lanes)?;
         let storage = BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
         let places = lanes * (links + motion * fruit);
         let asked = create_buffer(gpu, "asked", 4 * (asked::FIELDS + 2 * lanes + places), storage);
